@@ -98,11 +98,12 @@ class SettleMap(wiring.Component):
             change=lambda old, operand: (operand.generation, operand.clear | (old != operand.generation)))
         given = Signal.like(tags.i.payload)
         written = Signal()
+        # Whether a row is swept is known later than whether a code comes.
         m.d.sync += [
             written.eq(self.i.valid | generations.sweeps),
-            given.address.eq(Mux(generations.sweeps, generations.row, self.i.payload.ray >> lane_bits)),
-            given.operand.generation.eq(Mux(generations.sweeps, 0, generations.generation)),
-            given.operand.clear.eq(generations.sweeps), given.tag.lane.eq(self.i.payload.ray[:lane_bits]),
+            given.address.eq(Mux(self.i.valid, self.i.payload.ray >> lane_bits, generations.row)),
+            given.operand.generation.eq(Mux(self.i.valid, generations.generation, 0)),
+            given.operand.clear.eq(~self.i.valid), given.tag.lane.eq(self.i.payload.ray[:lane_bits]),
             given.tag.code.eq(Mux(code < 0, 0, Mux(code > icu.settle.high, icu.settle.high, code)))]
         m.d.comb += [tags.i.valid.eq(written), tags.i.payload.eq(given)]
 

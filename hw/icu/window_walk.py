@@ -96,16 +96,17 @@ class WindowWalk(wiring.Component):
         tile_row, tile_column = (Signal.like(walked.row_first[side:]) for _ in range(2))
         base, second = Signal.like(walked.base), Signal()
         first_of_piece, piece = Signal.like(walked.column_first), Signal.like(walked.columns)
-        # Computed a step ahead, because they decide whether the next window is accepted.
-        last_column, last_row, ends = Signal(), Signal(), Signal()
+        # Computed a step ahead, because they decide whether the next window is accepted: ``loads`` says that no window
+        # is walked, or that its walk ends.
+        last_column, last_row, ends, loads = Signal(), Signal(), Signal(), Signal(init=1)
         first_column = tile_column == first_of_piece[side:]
 
         def inside(at_first, first, at_last, last):
             """Of the columns or rows of a tile those that lie in the window."""
             return Cat((~at_first | (k >= first[:side])) & (~at_last | (k <= last[:side])) for k in range(1 << side))
 
-        step, out, advance = self.o.payload, self.o, Signal()
-        m.d.comb += [advance.eq(walks & (out.ready | ~out.valid)), begins.ready.eq(~walks | (advance & ends))]
+        step, out, enable, ends_next = self.o.payload, self.o, Signal(), Signal()
+        m.d.comb += [enable.eq(~walks | out.ready | ~out.valid), begins.ready.eq(loads & enable)]
         with m.If(out.ready | ~out.valid):
             columns = inside(first_column, first_of_piece, last_column, piece.last)
             rows = inside(tile_row == walked.row_first[side:], walked.row_first, last_row, walked.rows.last)
@@ -113,28 +114,29 @@ class WindowWalk(wiring.Component):
                 out.valid.eq(walks), step.slot.eq(walked.slot), step.threshold.eq(walked.threshold),
                 step.tile.eq(base + tile_column), step.tile_row.eq(tile_row), step.tile_column.eq(tile_column),
                 step.columns.eq(columns), step.rows.eq(Mux(walked.some, rows, 0)), step.last.eq(ends)]
-        with m.If(advance):
-            with m.If(~last_column):
-                m.d.sync += [tile_column.eq(tile_column + 1), last_column.eq(tile_column == piece.before), ends.eq(
-                    ~walked.some | ((tile_column == piece.before) & last_row & (second | ~walked.round)))]
+        with m.If(enable):
+            m.d.sync += [ends.eq(ends_next), loads.eq(ends_next | (loads & ~begins.valid))]
+            with m.If(loads):
+                window = begins.payload
+                m.d.comb += ends_next.eq(
+                    ~window.some | (window.columns.single & window.rows.single & ~window.round))
+                m.d.sync += [walks.eq(begins.valid), walked.eq(window), second.eq(0), base.eq(window.base),
+                             tile_row.eq(window.row_first[side:]), tile_column.eq(window.column_first[side:]),
+                             first_of_piece.eq(window.column_first), piece.eq(window.columns),
+                             last_column.eq(window.columns.single), last_row.eq(window.rows.single)]
+            with m.Elif(~last_column):
+                m.d.comb += ends_next.eq(
+                    ~walked.some | ((tile_column == piece.before) & last_row & (second | ~walked.round)))
+                m.d.sync += [tile_column.eq(tile_column + 1), last_column.eq(tile_column == piece.before)]
             with m.Elif(walked.round & ~second):
+                m.d.comb += ends_next.eq(~walked.some | (walked.wrapped.single & last_row))
                 m.d.sync += [second.eq(1), tile_column.eq(0), first_of_piece.eq(0),
-                             piece.eq(walked.wrapped), last_column.eq(walked.wrapped.single),
-                             ends.eq(~walked.some | (walked.wrapped.single & last_row))]
+                             piece.eq(walked.wrapped), last_column.eq(walked.wrapped.single)]
             with m.Else():
+                m.d.comb += ends_next.eq(~walked.some | (
+                    walked.columns.single & (tile_row == walked.rows.before) & ~walked.round))
                 m.d.sync += [second.eq(0), tile_column.eq(walked.column_first[side:]), tile_row.eq(tile_row + 1),
                              base.eq(base + self.tiles_across), first_of_piece.eq(walked.column_first),
                              piece.eq(walked.columns), last_column.eq(walked.columns.single),
-                             last_row.eq(tile_row == walked.rows.before), ends.eq(
-                                 ~walked.some | (walked.columns.single & (tile_row == walked.rows.before)
-                                                 & ~walked.round))]
-            with m.If(ends):
-                m.d.sync += walks.eq(0)
-        with m.If(begins.valid & begins.ready):
-            window = begins.payload
-            m.d.sync += [walks.eq(1), walked.eq(window), second.eq(0), base.eq(window.base),
-                         tile_row.eq(window.row_first[side:]), tile_column.eq(window.column_first[side:]),
-                         first_of_piece.eq(window.column_first), piece.eq(window.columns),
-                         last_column.eq(window.columns.single), last_row.eq(window.rows.single),
-                         ends.eq(~window.some | (window.columns.single & window.rows.single & ~window.round))]
+                             last_row.eq(tile_row == walked.rows.before)]
         return m
