@@ -11,6 +11,7 @@ from hw.control.section_results import COUNTS, SectionResults
 from hw.memsys.fault import Fault
 from hw.memsys.result_formats import HitFormat
 from hw.registers.error_code import ErrorCode
+from tb.lib.payload import unpack
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"]
@@ -35,16 +36,14 @@ def run(sections, *, seed=1, slow=5):
             if begins:
                 begun, state, ended = begun + 1, "cast", False
                 one = sections[begun]
-                section = {"first_column": begun, "end_column": begun + 5, "first_row": 0, "end_row": 2}
-                ctx.set(dut.results, {"hit_format": one["hit_format"], "sums": one["sums"], "hits": 64 * begun,
-                                      "sums_address": 640 + 64 * begun, "columns": 9, "section": section})
+                ctx.set(dut.results, results_of(begun, one))
                 log.append([cycle])
             ends = state == "cast" and not begins and (ended or draw.random() < 0.3)
             ctx.set(dut.i.valid, int(ends))
             if ends and not ended:
                 ended, one = True, sections[begun]
                 ctx.set(dut.cycles, one["cycles"])
-                ctx.set(dut.fault, {"code": one["fault"], "number": 77 if one["fault"] is not ErrorCode.NONE else 0})
+                ctx.set(dut.fault, {"code": one["fault"], "number": one["number"]})
                 ctx.set(dut.counts, {name: one["cycles"] + k for k, name in enumerate(COUNTS)})
             ctx.set(dut.o_read_out.ready, int(draw.random() < 0.5))
             ctx.set(dut.o_command.ready, int(draw.random() < 0.5))
@@ -62,10 +61,10 @@ def run(sections, *, seed=1, slow=5):
                 assert not ctx.get(dut.clear), "a fault is cleared when it has been kept"
             if ctx.get(dut.o_command.valid) and ctx.get(dut.o_command.ready):
                 one = dut.o_command.payload
-                commands.append((HitFormat(ctx.get(one.hit_format.as_value())), ctx.get(one.sums), ctx.get(one.hits),
-                                 ctx.get(one.section.first_column)))
+                commands.append(unpack(one.shape(), ctx.get(one.as_value())))
                 given = sections[len(commands) - 1]
-                done, pause = {"code": given["written"], "address": 5, "sums": 3}, 1 + draw.randrange(slow)
+                done = {"code": given["written"], "address": given["address"], "sums": given["words"]}
+                pause = 1 + draw.randrange(slow)
             if ctx.get(dut.i_done.valid) and ctx.get(dut.i_done.ready):
                 log[len(records)].append(cycle)
                 done = None
@@ -97,8 +96,19 @@ def drawn(seed):
     draw = random.Random(seed)
     return [{"hit_format": draw.choice([*HitFormat]).value, "sums": draw.randrange(2),
              "cycles": draw.randrange(1 << 31),
-             "fault": draw.choice([ErrorCode.NONE, ErrorCode.NONE, ErrorCode.PATH_BUS]),
-             "written": draw.choice([Fault.NONE, Fault.NONE, Fault.WRITE_REPLY])} for _ in range(15)]
+             "fault": (fault := draw.choice([ErrorCode.NONE, ErrorCode.NONE, ErrorCode.PATH_BUS])),
+             "number": draw.randrange(1, 1 << 20) if fault is not ErrorCode.NONE else 0,
+             "written": (written := draw.choice([Fault.NONE, Fault.NONE, Fault.WRITE_REPLY])),
+             "address": draw.randrange(1, 1 << 20) if written is not Fault.NONE else 0,
+             "words": draw.randrange(1, 1 << 10)} for _ in range(15)]
+
+
+def results_of(number, one):
+    """What a section's results are and where, by its number: no two fields are alike."""
+    return {"hit_format": one["hit_format"], "sums": one["sums"], "hits": 64 * number,
+            "sums_address": 640 + 64 * number, "columns": 9 + 2 * number,
+            "section": {"first_column": number, "end_column": number + 5, "first_row": 2 * number + 1,
+                        "end_row": 3 * number + 4}}
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -108,12 +118,12 @@ def test_each_section_is_written_and_reported_once(seed):
     assert len(records) == len(commands) == len(sections)
     for number, (one, command, record) in enumerate(zip(sections, commands, records, strict=True)):
         good = one["fault"] is ErrorCode.NONE
-        written = (HitFormat(one["hit_format"]), one["sums"]) if good else (HitFormat.NONE, 0)
-        assert command == (*written, 64 * number, number), "of a cast with a fault nothing is written"
+        written = {} if good else {"hit_format": HitFormat.NONE.value, "sums": 0}
+        assert command == results_of(number, one) | written, "of a cast with a fault nothing is written"
         code = one["fault"] if not good else ErrorCode(one["written"].value)
         assert (int(record["error"]), int(record["address"])) == (
-            code.value, 77 if not good else 5 if code is not ErrorCode.NONE else 0), "the cast's fault comes first"
-        assert record["sums"] == (3 if good and one["sums"] else 0)
+            code.value, one["address"] if good else one["number"]), "the cast's fault comes first"
+        assert record["sums"] == (one["words"] if good and one["sums"] else 0)
         assert [int(record["begin"]), int(record["end"])] == log[number]
         assert int(record["cycles"]) == one["cycles"]
         assert [int(record[name]) for name in COUNTS] == [one["cycles"] + k for k in range(len(COUNTS))]
