@@ -1,6 +1,6 @@
 """Patch queue: vertices wait for a slot, then enter patch setup."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -60,8 +60,11 @@ class PatchQueue(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i), queue.i)
         slot, index = Signal.like(self.o.payload.slot), Signal(2)
         enters, takes = Signal(), Signal()
+        # A register, known a step ahead: all slots are taken.
+        is_full = Signal()
+        m.d.sync += is_full.eq(~self.free & (is_full | (takes & (self.waiting == self._slots - 1))))
         m.d.comb += [
-            enters.eq(queue.o.valid & ((index != 0) | (self.waiting != self._slots))),
+            enters.eq(queue.o.valid & ((index != 0) | ~is_full)),
             takes.eq(enters & (index == 0)),
             queue.o.ready.eq(enters), self.o.valid.eq(enters),
             self.o.payload.slot.eq(slot), self.o.payload.index.eq(index), self.o.payload.item.eq(queue.o.payload),
@@ -70,5 +73,6 @@ class PatchQueue(wiring.Component):
             m.d.sync += index.eq(index + 1)
             with m.If(index == 3):
                 m.d.sync += slot.eq(slot + 1)
-        m.d.sync += self.waiting.eq(self.waiting + takes - self.free)
+        with m.If(takes ^ self.free):
+            m.d.sync += self.waiting.eq(self.waiting + Mux(takes, 1, -1))
         return m
