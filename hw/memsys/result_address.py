@@ -73,6 +73,7 @@ class ResultAddress(wiring.Component):
                         self.o.valid.eq(1), extent.hit_format.eq(command.hit_format), extent.sums.eq(command.sums),
                         extent.hits.eq(command.hits + by_format(first << 4, first << 3, first << 2)),
                         extent.sums_address.eq(command.sums_address), extent.last_column.eq(section.end_column - 1),
+                        extent.single.eq(section.first_column + 1 == section.end_column),
                         extent.jump.eq(by_format(skipped << 2, skipped << 1, skipped) + size)]
                     m.next = "Begin"
         with m.If(self.o.valid & self.o.ready):

@@ -47,8 +47,8 @@ class ResultFormats:
         the hit of ray (0, 0) of the frustum and a multiple of a hit's bytes, and ``sums_address``, a multiple of 8;
         ``columns`` of the frustum; and the ``section``.
     section_extent : StructLayout
-        The same with the address ``hits`` of the section's first ray, its ``last_column``, and ``jump``: lanes from
-        the last part of a row's last hit to the next row.
+        The same with the address ``hits`` of the section's first ray, its ``last_column``, whether a row is a
+        ``single`` hit, and ``jump``: lanes from the last part of a row's last hit to the next row.
     section_done : StructLayout
         The fault's ``code`` and ``address``; the number of words of ``sums``.
     beat : StructLayout
@@ -66,7 +66,7 @@ class ResultFormats:
             "section": formats.section})
         self.section_extent = StructLayout({
             "hit_format": HitFormat, "sums": 1, "hits": address, "sums_address": address,
-            "last_column": formats.index, "jump": config.icu.side_bits + 4})
+            "last_column": formats.index, "single": 1, "jump": config.icu.side_bits + 4})
         self.section_done = StructLayout({
             "code": Fault, "address": address, "sums": config.icu.patch_bits + 1})
         self.beat = StructLayout({

@@ -98,12 +98,17 @@ class ResultPacker(wiring.Component):
             ends_sums.eq(takes_sum & total.last),
             self.wrong.eq(ends_hits & (hit.column != extent.last_column)),
             self.overflow.eq(takes_sum & total.is_sum & total.overflow)]
+        # The next hit is the last one of its row: known with the one before.
+        ends_row, before_last = Signal(), Signal.like(extent.last_column, reset_less=True)
         with m.If(takes_hit):
             m.d.sync += second.eq(halves & ~second)
+            with m.If(ends_item):
+                m.d.sync += ends_row.eq(Mux(ends_row, extent.single, hit.column == before_last))
         # One register for each state.
         m.d.comb += self.i.ready.eq(begins)
         with m.If(begins):
-            m.d.sync += [extent.eq(self.i.payload), begins.eq(~self.i.valid), in_hits.eq(self.i.valid),
+            m.d.sync += [extent.eq(self.i.payload), before_last.eq(self.i.payload.last_column - 1),
+                         ends_row.eq(self.i.payload.single), begins.eq(~self.i.valid), in_hits.eq(self.i.valid),
                          of_sums.eq(~self.i.valid)]
         with m.If(ends_hits):
             m.d.sync += [in_hits.eq(0), in_sums.eq(1), of_sums.eq(1)]
@@ -118,13 +123,13 @@ class ResultPacker(wiring.Component):
             m.d.sync += self.words.eq(0)
         with m.Elif(writes_sum):
             m.d.sync += self.words.eq(self.words + 1)
-        number, at, delta = self._add_cursor(m, extent, of_sums, second, last_column=hit.column == extent.last_column,
+        number, at, delta = self._add_cursor(m, extent, of_sums, second, ends_row=ends_row,
                                              takes=takes_hit | takes_sum, ends_hits=ends_hits)
         self._add_beat(m, writes, full, number=number, is_last=ends_hits | ends_sums, delta=delta,
                        mask=self._mask(extent, at, of_sums), words=self._words(extent, second, of_sums))
         return m
 
-    def _add_cursor(self, m, extent, of_sums, second, *, last_column, takes, ends_hits):
+    def _add_cursor(self, m, extent, of_sums, second, *, ends_row, takes, ends_hits):
         """The beat and the lane of the next item; how many beats farther the one after it is: 0, 1, or 2 for more."""
         lanes = lanes_of(self._config)
         lane_bits = lanes.bit_length() - 1
@@ -134,7 +139,7 @@ class ResultPacker(wiring.Component):
         size = Signal(range(min(4, lanes) + 1))
         m.d.comb += size.eq(Mux(of_sums | (extent.hit_format == HitFormat.COMPACT), 2,
                                 Mux(extent.hit_format == HitFormat.FULL, min(4, lanes), 1)))
-        jumps = ~of_sums & last_column & ((extent.hit_format != HitFormat.FULL) | second | (lanes >= 4))
+        jumps = ~of_sums & ends_row & ((extent.hit_format != HitFormat.FULL) | second | (lanes >= 4))
         # Whether a row ends is known last: the sums and what follows from them are made for both cases.
         sums = [at + step[:lane_bits] for step in (size, extent.jump)]
         sum_ = Mux(jumps, sums[1], sums[0])

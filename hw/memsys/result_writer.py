@@ -1,6 +1,6 @@
 """Result writer: the results of one section after the other into main memory."""
 
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -91,22 +91,29 @@ class ResultWriter(wiring.Component):
         m.d.comb += [
             packer.i.payload.eq(extents.o.payload), self.o_done.payload.sums.eq(packer.words),
             packer.discard.eq(fails), writer.discard.eq(fails)]
-        with m.If(~fails):
-            m.d.sync += fails.eq(writer.failed | packer.overflow | packer.wrong)
-            with m.If(writer.failed):
-                m.d.sync += [code.eq(Fault.WRITE_REPLY), address.eq(writer.address)]
-            with m.Elif(packer.overflow):
-                m.d.sync += [code.eq(Fault.OVERFLOW), address.eq(self.i_sum.payload.patch)]
-            with m.Elif(packer.wrong):
-                m.d.sync += code.eq(Fault.NO_RECORD)
         with m.FSM():
             with m.State("Wait for a command"):
                 m.d.comb += [packer.i.valid.eq(extents.o.valid), extents.o.ready.eq(packer.i.ready)]
                 m.d.sync += [code.eq(Fault.NONE), address.eq(0), fails.eq(0)]
                 with m.If(extents.o.valid & packer.i.ready):
                     m.next = "Write"
-            with m.State("Write"), m.If(~packer.busy & writer.idle):
-                m.next = "Answer"
+            with m.State("Write"):
+                # The address is kept until there is a fault; of a fault without one it is cleared in the end.
+                answer = self.i_written
+                with m.If(~fails):
+                    m.d.sync += [
+                        fails.eq(writer.failed | packer.overflow | packer.wrong),
+                        address.eq(Mux(answer.valid & answer.payload.error, writer.address, self.i_sum.payload.patch))]
+                    with m.If(writer.failed):
+                        m.d.sync += code.eq(Fault.WRITE_REPLY)
+                    with m.Elif(packer.overflow):
+                        m.d.sync += code.eq(Fault.OVERFLOW)
+                    with m.Elif(packer.wrong):
+                        m.d.sync += code.eq(Fault.NO_RECORD)
+                with m.If(~packer.busy & writer.idle):
+                    with m.If((code == Fault.NONE) | (code == Fault.NO_RECORD)):
+                        m.d.sync += address.eq(0)
+                    m.next = "Answer"
             with m.State("Answer"):
                 m.d.comb += self.o_done.valid.eq(1)
                 with m.If(self.o_done.ready):

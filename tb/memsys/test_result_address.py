@@ -20,7 +20,8 @@ def expected(section, bits):
     skipped = command.columns - (rays.end_column - rays.first_column)
     return {"hits": command.hits + size * (rays.first_row * command.columns + rays.first_column),
             "sums": int(command.sums), "sums_address": command.sums_address, "hit_format": int(command.hit_format),
-            "last_column": rays.end_column - 1, "jump": (skipped * size + written) // 4}
+            "last_column": rays.end_column - 1, "single": int(rays.end_column - rays.first_column == 1),
+            "jump": (skipped * size + written) // 4}
 
 
 @SETTINGS
