@@ -200,7 +200,7 @@ class Cluster(wiring.Component):
         m.d.comb += [
             self.loads.eq(words.o.valid | entries.o.valid), mine.eq(given.is_all | (given.cluster == self.number)),
             load.i.valid.eq(words.o.valid & mine), load.i.payload.eq(given.item),
-            words.o.ready.eq(load.i.ready | ~mine),
+            words.o.ready.eq(load.i.ready),
             tables.i.valid.eq(words.o.valid & mine & load.i.ready), tables.i.payload.eq(given.item)]
         for name in ("cells", "lists", "types", "geometry"):
             wiring.connect(m, getattr(tables, f"o_{name}"), getattr(memory, f"i_load_{name}"))
@@ -250,7 +250,7 @@ class Cluster(wiring.Component):
         wiring.connect(m, cells.o, memory.i_cell)
         m.d.comb += [
             cells.i.valid.eq(opened.valid & ~opened.payload.final), cells.i.payload.eq(opened.payload.cell),
-            opened.ready.eq(cells.i.ready | opened.payload.final),
+            opened.ready.eq(cells.i.ready),
             control.final.eq(opened.valid & opened.ready & opened.payload.final),
             control.closed.eq(traversal.closed), control.drained.eq(memory.drained & ~cells.o.valid),
             # A patch does not say which stage it is for: all stages wait for all patches.

@@ -9,6 +9,7 @@ from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.row_pieces import RowPieces
 from hw.ctu.stage_rows import StageRows
 from hw.lib.queue import Queue
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["CtRayGenerator"]
 
@@ -44,7 +45,8 @@ class CtRayGenerator(wiring.Component):
     Timing
     ------
     Latency: ``3 * bits(rows) + 3 * bits(columns) + 28`` cycles from a subshell to its first ray, ``rows`` and
-    ``columns`` the shell's. A group per cycle within a row; stalls with ``o`` and while too many stages are in flight.
+    ``columns`` the shell's. A group per cycle within a row; stalls with ``o``, a cycle later, and while too many stages
+    are in flight.
 
     Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
     section 5.3.4.3.
@@ -73,26 +75,20 @@ class CtRayGenerator(wiring.Component):
             m.d.comb += [block.frustum.eq(self.frustum), block.i_table.valid.eq(self.i_table.valid),
                          block.i_table.payload.eq(self.i_table.payload)]
 
-        # The rays of a piece; ``more`` of them behind those that are shown.
-        piece, shown = pieces.o, self.o
-        more = Signal(piece.payload["count"].shape())
-        follows = more != 0
-        leaves = shown.ready | ~shown.valid
-
-        def first_of(rays):
-            return Mux(rays > GRID_GROUP, GRID_GROUP, rays)
-
-        m.d.comb += piece.ready.eq(leaves & ~follows)
-        with m.If(leaves):
-            with m.If(follows & shown.valid):
-                m.d.sync += [more.eq(more - first_of(more)), shown.payload["count"].eq(first_of(more)),
-                             shown.payload.ray.eq(shown.payload.ray + GRID_GROUP),
-                             shown.payload.column.eq(shown.payload.column + GRID_GROUP)]
-            with m.Else():
-                rays = piece.payload["count"]
-                m.d.sync += [
-                    shown.valid.eq(piece.valid), more.eq(Mux(piece.valid, rays - first_of(rays), 0)),
-                    shown.payload["count"].eq(first_of(rays)),
-                    *(shown.payload[name].eq(piece.payload[name])
-                      for name in ("stage", "shell", "ray", "row", "column", "last", "final"))]
+        # The rays of a piece; ``more`` of them behind those that were shown last.
+        m.submodules.skid = skid = SkidBuffer(self.o.payload.shape())
+        wiring.connect(m, skid.o, wiring.flipped(self.o))
+        piece, shown, last = pieces.o, skid.i, Signal.like(self.o.payload, reset_less=True)
+        more, follows = Signal(piece.payload["count"].shape()), Signal()
+        rays = Mux(follows, more, piece.payload["count"])
+        is_more = rays > GRID_GROUP
+        m.d.comb += [
+            shown.valid.eq(piece.valid | follows), piece.ready.eq(shown.ready & ~follows),
+            *(shown.payload[name].eq(piece.payload[name]) for name in shown.payload.shape().members)]
+        with m.If(follows):
+            m.d.comb += [shown.payload.eq(last), shown.payload.ray.eq(last.ray + GRID_GROUP),
+                         shown.payload.column.eq(last.column + GRID_GROUP)]
+        m.d.comb += shown.payload["count"].eq(Mux(is_more, GRID_GROUP, rays))
+        with m.If(shown.ready):
+            m.d.sync += [last.eq(shown.payload), more.eq(rays - GRID_GROUP), follows.eq(shown.valid & is_more)]
         return m

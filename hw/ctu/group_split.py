@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from hw.ctu.ctu_formats import GRID_GROUP
 from hw.lib.queue import Queue
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["GroupSplit"]
 
@@ -33,27 +34,34 @@ class GroupSplit(wiring.Component):
 
     Timing
     ------
-    Latency: ``2`` cycles. One ray per cycle; stalls with ``o``.
+    Latency: ``2`` cycles. One ray per cycle; stalls with ``o``, a cycle later.
     """
 
     def __init__(self, shape: StructLayout):
         self._group = StructLayout({"first": shape, "count": range(GRID_GROUP + 1)})
         super().__init__({"i": In(stream.Signature(self._group)), "o": Out(stream.Signature(shape)), "leaves": Out(1)})
-        self.latency = 2
+        self._queue, self._skid = Queue(self._group, depth=GROUPS), SkidBuffer(shape)
+        self.latency = self._queue.latency + self._skid.latency
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.groups = groups = Queue(self._group, depth=GROUPS)
+        m.submodules.groups, m.submodules.skid = groups, skid = self._queue, self._skid
         wiring.connect(m, wiring.flipped(self.i), groups.i)
-        group, shown, more = groups.o, self.o, Signal(range(GRID_GROUP))
-        leaves = shown.ready | ~shown.valid
-        m.d.comb += [group.ready.eq(leaves & (more == 0)), self.leaves.eq(group.valid & group.ready)]
-        with m.If(leaves):
-            with m.If(more != 0):
-                m.d.sync += [more.eq(more - 1), shown.payload.ray.eq(shown.payload.ray + 1),
-                             shown.payload.column.eq(shown.payload.column + 1)]
+        wiring.connect(m, skid.o, wiring.flipped(self.o))
+        group, shown, last = groups.o, skid.i, Signal.like(self.o.payload, reset_less=True)
+        # Rays of the last group that are left, and whether there are any.
+        more, follows = Signal(range(GRID_GROUP)), Signal()
+        m.d.comb += [
+            shown.valid.eq(group.valid | follows), shown.payload.eq(group.payload.first),
+            group.ready.eq(shown.ready & ~follows), self.leaves.eq(group.valid & group.ready)]
+        with m.If(follows):
+            m.d.comb += [shown.payload.eq(last), shown.payload.ray.eq(last.ray + 1),
+                         shown.payload.column.eq(last.column + 1)]
+        with m.If(shown.ready):
+            m.d.sync += last.eq(shown.payload)
+            with m.If(follows):
+                m.d.sync += [more.eq(more - 1), follows.eq(more != 1)]
             with m.Else():
-                m.d.sync += [shown.valid.eq(group.valid), shown.payload.eq(group.payload.first)]
-                with m.If(group.valid):
-                    m.d.sync += more.eq(group.payload["count"] - 1)
+                m.d.sync += [more.eq(group.payload["count"] - 1), follows.eq(
+                    group.valid & (group.payload["count"] != 1))]
         return m

@@ -168,12 +168,13 @@ class RayTraversal(wiring.Component):
 
     def _add_requests(self, m, stages, *, runs, begins, accepts):
         """Near cells, then requests; a request without rays only closes its stage."""
-        near_closed, all_closed, is_open, some = Signal(), Signal(), Signal(), Signal()
+        # Open: behind the near cells, until the final request.
+        near_closed, all_closed, is_open, some, may = Signal(), Signal(), Signal(), Signal(), Signal()
         request, rays = self.i.payload, self._survival.i
         m.d.comb += [
             accepts.eq(self.i.valid & self.i.ready), some.eq(request["count"].any()),
-            is_open.eq(runs & near_closed & ~all_closed & (1 if self._config.ctu.run_ahead else stages.near_over)),
-            rays.valid.eq(self.i.valid & is_open & some), self.i.ready.eq(is_open & (rays.ready | ~some)),
+            may.eq(is_open & (1 if self._config.ctu.run_ahead else stages.near_over)),
+            rays.valid.eq(self.i.valid & may & some), self.i.ready.eq(may & (rays.ready | ~some)),
             *(rays.payload.first[name].eq(request[name]) for name in self._ray.members),
             rays.payload["count"].eq(request["count"]),
             stages.enters.valid.eq(accepts & some), stages.enters.payload["count"].eq(request["count"]),
@@ -183,9 +184,9 @@ class RayTraversal(wiring.Component):
                      stages.closes.eq(near_closes | (accepts & request.last)), stages.settled.eq(self.settled),
                      self.o_over.valid.eq(stages.over & stages.near_over)]
         with m.If(near_closes):
-            m.d.sync += near_closed.eq(1)
+            m.d.sync += [near_closed.eq(1), is_open.eq(1)]
         with m.If(accepts & request.final):
-            m.d.sync += all_closed.eq(1)
+            m.d.sync += [all_closed.eq(1), is_open.eq(0)]
         with m.If(begins):
             m.d.sync += [near_closed.eq(0), all_closed.eq(0)]
         return near_closed
@@ -230,7 +231,8 @@ class RayTraversal(wiring.Component):
         ends = Signal()
         m.d.comb += [
             near.ready.eq(runs & ~near_closed & (self.o.ready | ~near.payload.is_cell)),
-            met.ready.eq(near_closed & (self.o.ready | ~met.payload.is_cell)),
+            # No ray is there before the near cells are over.
+            met.ready.eq(self.o.ready | ~met.payload.is_cell),
             self.o.valid.eq(Mux(near_closed, (met.valid & met.payload.is_cell) | (runs & stages.done & ~met.valid),
                                 runs & near.valid & near.payload.is_cell)),
             out.cell.eq(Mux(near_closed, met.payload.cell, near.payload.cell)),
