@@ -11,6 +11,7 @@ from hw.formats import Formats
 from hw.lib.fixed import extreme, small_product
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["SettleSweep"]
 
@@ -68,15 +69,15 @@ class SettleSweep(wiring.Component):
         self._tile = StructLayout({"column": bits, "row": bits, "within": 1, "columns": side, "rows": side, "last": 1})
         self._across = Signal(formats.count)
         self._turn = stream.Signature(self._tile).create()
-        self._request = stream.Signature(StructLayout({**self._tile.members, "tile": formats.tile})).create()
-        self._turns = pipeline = Pipeline(self._turn, self._request)
-        given = self._turn.payload
+        self._skid = SkidBuffer(StructLayout({**self._tile.members, "tile": formats.tile}))
+        self._turns = pipeline = Pipeline(self._turn, self._skid.i, ready_next=self._skid.ready_next)
+        given, made = self._turn.payload, self._skid.i.payload
         row = pipeline.combine(lambda row: Cat(row, 0).as_signed(), pipeline.input(given.row))
         product = small_product(pipeline, row, pipeline.constant(Cat(self._across, 0).as_signed()))
-        pipeline.output(self._request.payload.tile, pipeline.register(
+        pipeline.output(made.tile, pipeline.register(
             lambda product, column: product + column, product, pipeline.input(given.column)))
         for name in self._tile.members:
-            pipeline.output(self._request.payload[name], pipeline.input(given[name]))
+            pipeline.output(made[name], pipeline.input(given[name]))
 
         # The smallest code of a tile.
         lanes = StructLayout({**self._tile.members, "word": formats.settle_word})
@@ -123,10 +124,9 @@ class SettleSweep(wiring.Component):
         ends = inner.all() & outer_last["column"] & outer_last["row"] if inner_bits else \
             outer_last["column"] & outer_last["row"]
         m.d.comb += [turn.payload.eq(shown)]
-        moves = turn.ready | ~turn.valid
         advances = Signal()
-        m.d.comb += advances.eq(active & self.runs & ~self.i_start.valid & moves)
-        with m.If(moves):
+        m.d.comb += advances.eq(active & self.runs & ~self.i_start.valid & turn.ready)
+        with m.If(turn.ready):
             m.d.sync += turn.valid.eq(advances)
             m.d.sync += [shown.last.eq(ends), shown.within.eq((position["column"] <= last["column"])
                                                               & (position["row"] <= last["row"]))]
@@ -142,7 +142,7 @@ class SettleSweep(wiring.Component):
         self._turns.add_to(m)
 
         # Requests and replies.
-        request = self._request
+        m.submodules.skid, request = self._skid, self._skid.o
         m.submodules.waiting = waiting = Queue(self._tile, depth=TILES)
         waits = waiting.o.payload
         requests = request.valid & waiting.i.ready & request.payload.within
