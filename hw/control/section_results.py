@@ -87,18 +87,21 @@ class SectionResults(wiring.Component):
             ((word, bits),) = elements(name, record="completion")
             m.d.comb += words[word][bits].eq(end[name])
         m.d.comb += self.o.payload.eq(Array(words)[index])
+        # Of the state that waits the last cycle counts: a register for it alone enables so many.
+        waits = Signal(init=1)
+        with m.If(waits):
+            m.d.sync += [
+                results.eq(present), end.begin.eq(begin), end.cycles.eq(self.cycles),
+                *(end[name].eq(self.counts[name]) for name in COUNTS), end.error.eq(self.fault.code),
+                end.address.eq(self.fault.number)]
+            with m.If(self.fault.code != ErrorCode.NONE):
+                m.d.sync += [results.hit_format.eq(HitFormat.NONE), results.sums.eq(0)]
         with m.FSM():
             with m.State("Wait"):
                 m.d.comb += [self.o_read_out.valid.eq(self.i.valid), self.i.ready.eq(self.o_read_out.ready)]
-                # The last cycle counts: the state alone, a register, enables so many.
-                m.d.sync += [
-                    results.eq(present), end.begin.eq(begin), end.cycles.eq(self.cycles),
-                    *(end[name].eq(self.counts[name]) for name in COUNTS), end.error.eq(self.fault.code),
-                    end.address.eq(self.fault.number)]
-                with m.If(self.fault.code != ErrorCode.NONE):
-                    m.d.sync += [results.hit_format.eq(HitFormat.NONE), results.sums.eq(0)]
                 with m.If(self.i.valid & self.i.ready):
                     m.d.comb += self.clear.eq(1)
+                    m.d.sync += waits.eq(0)
                     m.next = "Command"
             with m.State("Command"):
                 m.d.comb += self.o_command.valid.eq(1)
@@ -117,5 +120,6 @@ class SectionResults(wiring.Component):
                 with m.If(self.o.ready):
                     m.d.sync += index.eq(index + 1)
                     with m.If(index == COMPLETION_WORDS - 1):
+                        m.d.sync += waits.eq(1)
                         m.next = "Wait"
         return m

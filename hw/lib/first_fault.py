@@ -1,6 +1,6 @@
 """First fault: the first of several faults, until it is cleared."""
 
-from amaranth.hdl import Module, Value
+from amaranth.hdl import Module, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -51,10 +51,12 @@ class FirstFault(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        with m.If(self.clear):
-            m.d.sync += self.o.as_value().eq(0)
-        with m.If(self.clear | (Value.cast(self.o.code) == 0)):
-            for source in reversed(list(self.i)):
-                with m.If(source.valid):
-                    m.d.sync += self.o.eq(source.payload)
+        # What is latched next, and whether something is, do not wait for the clear: it only enables.
+        fault, holds = Signal.like(self.o), Signal()
+        for source in reversed(list(self.i)):
+            with m.If(source.valid):
+                m.d.comb += fault.eq(source.payload)
+        comes = Value.cast(fault.code) != 0
+        with m.If(self.clear | (comes & ~holds)):
+            m.d.sync += [self.o.eq(fault), holds.eq(comes)]
         return m
