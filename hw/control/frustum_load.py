@@ -43,7 +43,7 @@ class FrustumLoad(wiring.Component):
 
     Timing
     ------
-    Latency: ``0`` cycles of a word, 1 of numbers. One word per cycle; stalls with ``o_table``.
+    Latency: ``0`` cycles of a word, 1 of grid rays and of numbers. One word per cycle; stalls with ``o_table``.
 
     Golden counterpart: `golden.memory_map`.
     """
@@ -73,7 +73,8 @@ class FrustumLoad(wiring.Component):
         given, out = self.i.payload, self.o_table.payload
         width = self._formats.direction.width
         pair = Cat(given.data[:width], given.data[32:32 + width])
-        m.d.comb += [out.index.eq(given.record), self.i.ready.eq(~self.o_table.valid | self.o_table.ready)]
+        # Every word waits: whether it is for a table of rays is known later.
+        m.d.comb += [out.index.eq(given.record), self.i.ready.eq(self.o_table.ready)]
         for region, word, kind, data in (
                 (RegionNumber.COLUMNS, 0, TableKind.COLUMN, pair), (RegionNumber.ROWS, 0, TableKind.ROW, pair),
                 (RegionNumber.ROWS, 1, TableKind.WEIGHT, given.data),
@@ -102,15 +103,17 @@ class FrustumLoad(wiring.Component):
             row.first_near.eq(half(1, 1)), row.near.eq(half(2, 0)), row.column_reach.eq(half(2, 1)),
             row.column_border.eq(low),
             column.table[0].eq(half(0, 0)), column.table[1].eq(half(0, 1)), column.position.eq(low)]
+        # Registered: a record is decoded before it goes to the tables, which are far from each other.
+        m.d.sync += out.valid.eq(0)
         for region, word, kind, record, first in (
                 (RegionNumber.SHELLS, 4, GridTableKind.SHELL, shell, FIRST_SHELL),
                 (RegionNumber.GRID_ROWS, 3, GridTableKind.ROW, row, 0),
                 (RegionNumber.GRID_COLUMNS, 1, GridTableKind.COLUMN, column, 0)):
             with m.If((given.region == region) & (given.word == word)):
-                m.d.comb += [out.valid.eq(self.i.valid), out.payload.kind.eq(kind), out.payload.data.eq(record),
-                             out.payload.index.eq(given.record + first)]
+                m.d.sync += [out.valid.eq(self.i.valid & self.i.ready), out.payload.kind.eq(kind),
+                             out.payload.data.eq(record), out.payload.index.eq(given.record + first)]
         m.d.comb += [
-            self.o_subshell.valid.eq(self.i.valid & (given.region == RegionNumber.SUBSHELLS)
+            self.o_subshell.valid.eq(self.i.valid & self.i.ready & (given.region == RegionNumber.SUBSHELLS)
                                      & (given.record >> self._config.ctu.subshell_bits == 0)),
             self.o_subshell.payload.address.eq(given.record), self.o_subshell.payload.patch.eq(low),
             self.o_subshell.payload.shell.eq(high)]

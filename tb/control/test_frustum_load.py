@@ -47,6 +47,11 @@ def load(items):
     streams = {name: getattr(dut, name) for name in ("o_table", "o_grid", "o_subshell")}
     found = {name: [] for name in streams}
 
+    def take(ctx):
+        for name, stream in streams.items():
+            if ctx.get(stream.valid) and (name != "o_table" or ctx.get(stream.ready)):
+                found[name].append(unpack(stream.payload.shape(), ctx.get(stream.payload.as_value())))
+
     async def bench(ctx):
         for item in items:
             ctx.set(dut.i.payload.as_value(), pack(shape, item))
@@ -54,9 +59,7 @@ def load(items):
             while True:
                 ctx.set(dut.o_table.ready, int(draw.random() < 0.7))
                 taken = ctx.get(dut.i.ready)
-                for name, stream in streams.items():
-                    if ctx.get(stream.valid) and (name != "o_table" or ctx.get(stream.ready)):
-                        found[name].append(unpack(stream.payload.shape(), ctx.get(stream.payload.as_value())))
+                take(ctx)
                 await ctx.tick()
                 if taken:
                     break
@@ -64,8 +67,10 @@ def load(items):
                 # No word, whatever the wires hold.
                 ctx.set(dut.i.valid, 0)
                 ctx.set(dut.i.payload.as_value(), draw.getrandbits(shape.size))
+                take(ctx)
                 await ctx.tick()
         ctx.set(dut.i.valid, 0)
+        take(ctx)
         await ctx.tick()
         numbers["cells"] = unpack(dut.cells.shape(), ctx.get(dut.cells.as_value()))
         numbers["subshells"] = ctx.get(dut.subshells)
