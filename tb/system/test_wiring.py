@@ -79,7 +79,7 @@ CLUSTER_LINES = {
     # Words of the tables: those of all clusters and of this one.
     "load.i.valid": f"words.o.valid & {MINE}", "load.i.payload": "words.o.payload.item",
     "tables.i.valid": f"words.o.valid & {MINE} & load.i.ready", "tables.i.payload": "words.o.payload.item",
-    "words.o.ready": f"load.i.ready | ~{MINE}", "self.loads": "words.o.valid | entries.o.valid",
+    "words.o.ready": "load.i.ready", "self.loads": "words.o.valid | entries.o.valid",
     "traversal.i_slack.valid": "entries.o.valid & intersection.i_table.ready",
     "traversal.i_slack.payload": "entries.o.payload",
     "memory.scene": "self.scene", "memory.cluster": "self.number", "intersection.patches": "self.scene.patches",
@@ -91,8 +91,9 @@ CLUSTER_LINES = {
     "results.begins": "control.begins", "self.begins": "control.begins", "results.results": "slot.o.payload.results",
     # Cells and patches.
     "cells.i.valid": "traversal.o.valid & ~traversal.o.payload.final", "cells.i.payload": "traversal.o.payload.cell",
-    "traversal.o.ready": "cells.i.ready | traversal.o.payload.final",
-    "control.final": "traversal.o.valid & traversal.o.payload.final", "control.closed": "traversal.closed",
+    "traversal.o.ready": "cells.i.ready",
+    "control.final": "traversal.o.valid & cells.i.ready & traversal.o.payload.final",
+    "control.closed": "traversal.closed",
     "control.drained": "memory.drained & ~cells.o.valid", "traversal.settled": "control.idle",
     "control.leaves": "intersection.o_done.valid",
     "intersection.o_done.ready": "1",
