@@ -4,18 +4,23 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.validate import check_instance
+
 __all__ = ["SkidBuffer"]
 
 
 class SkidBuffer(wiring.Component):
     """Cuts all combinational paths of a stream: ``valid``, ``payload`` and ``ready`` each come from a register.
 
-    A second register holds the item that arrives while ``ready`` falls.
+    A second register holds the item that arrives while ``ready`` falls. With ``bypass`` it is the only one, and cuts
+    ``ready`` alone: an item passes in its own cycle if none waits.
 
     Parameters
     ----------
     shape
         Of an item.
+    bypass
+        Register ``ready`` alone.
 
     Members
     -------
@@ -28,24 +33,36 @@ class SkidBuffer(wiring.Component):
 
     Timing
     ------
-    Latency: ``1`` cycle. One item per cycle; stalls with ``o``, one cycle later; 2 items in flight.
+    Latency: ``1 - bypass`` cycles. One item per cycle; stalls with ``o``, one cycle later; ``2 - bypass`` items in
+    flight.
+
+    Raises
+    ------
+    TypeError
+        ``bypass`` is no boolean.
     """
 
-    def __init__(self, shape):
+    def __init__(self, shape, *, bypass: bool = False):
+        check_instance("Bypass", bypass, bool)
+        self._bypass = bypass
         super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)), "ready_next": Out(1)})
-        self.latency = 1
+        self.latency = 1 - bypass
 
     def elaborate(self, platform):
         m = Module()
         is_full = Signal()
         skid = Signal.like(self.i.payload, reset_less=True)
-        output = Signal.like(self.i.payload, reset_less=True)
-        leaves = self.o.ready | ~self.o.valid
-        m.d.comb += [self.i.ready.eq(~is_full), self.o.payload.eq(output),
-                     self.ready_next.eq(leaves | ~(is_full | self.i.valid))]
+        leaves, is_some = self.o.ready | ~self.o.valid, is_full | self.i.valid
+        first = Mux(is_full, skid, self.i.payload)
+        m.d.comb += [self.i.ready.eq(~is_full), self.ready_next.eq(leaves | ~is_some)]
         m.d.sync += is_full.eq(~self.ready_next)
         with m.If(self.i.ready):
             m.d.sync += skid.eq(self.i.payload)
-        with m.If(leaves):
-            m.d.sync += [output.eq(Mux(is_full, skid, self.i.payload)), self.o.valid.eq(is_full | self.i.valid)]
+        if self._bypass:
+            m.d.comb += [self.o.valid.eq(is_some), self.o.payload.eq(first)]
+        else:
+            output = Signal.like(self.i.payload, reset_less=True)
+            m.d.comb += self.o.payload.eq(output)
+            with m.If(leaves):
+                m.d.sync += [output.eq(first), self.o.valid.eq(is_some)]
         return m

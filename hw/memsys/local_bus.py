@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.lib.arbiter import Arbiter, ArbiterPolicy
+from hw.lib.skid_buffer import SkidBuffer
 from hw.lib.validate import check_integer
 from hw.memsys.path_formats import PathFormats
 
@@ -39,7 +40,7 @@ class LocalBus(wiring.Component):
     Timing
     ------
     Latency: ``1`` cycle each way, if no other item is granted. One request and one beat per cycle; requests stall with
-    ``o_request``.
+    ``o_request``, a cycle later.
 
     Raises
     ------
@@ -70,7 +71,10 @@ class LocalBus(wiring.Component):
         m.submodules.replies = replies = Arbiter(self._formats.bus_reply, count=2, policy=policy)
         for given, taken in (*zip(self.i_request, requests.i, strict=True), *zip(self.i_reply, replies.i, strict=True)):
             wiring.connect(m, wiring.flipped(given), taken)
-        request, beat = requests.o, replies.o
+        # Requesters see a register of whether requests are taken, not the memory's side.
+        m.submodules.offered = offered = SkidBuffer(requests.o.payload.shape(), bypass=True)
+        wiring.connect(m, requests.o, offered.i)
+        request, beat = offered.o, replies.o
         m.d.comb += [
             self.o_request.valid.eq(request.valid), request.ready.eq(self.o_request.ready),
             self.o_request.payload.source.eq(request.payload.source),

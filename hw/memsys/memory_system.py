@@ -207,7 +207,10 @@ class MemorySystem(wiring.Component):
         # Requests of other clusters, and of subshells under the own number.
         wiring.connect(m, wiring.flipped(self.i_remote), types.i_remote)
         wiring.connect(m, types.o_remote, geometry.i_remote)
-        wiring.connect(m, geometry.o_remote, wiring.flipped(self.o_remote))
+        # Requesters see a register of whether replies are taken, not the network.
+        m.submodules.replies = replies = SkidBuffer(self.o_remote.payload.shape(), bypass=True)
+        wiring.connect(m, geometry.o_remote, replies.i)
+        wiring.connect(m, replies.o, wiring.flipped(self.o_remote))
 
         m.submodules.timeout = timeout = Timeout(bits=config.memory.timeout_bits + 2)
         vertex, cell, patch = self.o_vertex, cell_found.o, patch_found.o

@@ -20,6 +20,7 @@ from tb.formal.stream_rules import ready_blind, stream_rules
 SMALL = {
     "queue": lambda: Queue(2, depth=3),
     "skid_buffer": lambda: SkidBuffer(2),
+    "bypass": lambda: SkidBuffer(2, bypass=True),
     "fork": lambda: Fork(2, count=3),
     "round_robin": lambda: Arbiter(2, count=3),
     "longest_waiting": lambda: Arbiter(2, count=3, policy=ArbiterPolicy.LONGEST_WAITING),

@@ -11,10 +11,19 @@ ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
 class TestSkidBuffer(Bench):
     """`tb.formal.test_skid_buffer` proves its behaviour in all cycles."""
 
-    variants, simulators = ({},), SIMULATORS[1:]
+    variants, simulators, formula = ({},), SIMULATORS[1:], {"bypass": False}
 
     def make(self, config):
         return SkidBuffer(SHAPE)
 
     def vectors(self, config):
         return Vectors(inputs={"i": ITEMS}, expected={"o": ITEMS})
+
+
+class TestBypass(TestSkidBuffer):
+    """An item passes in its own cycle."""
+
+    formula = {"bypass": True}
+
+    def make(self, config):
+        return SkidBuffer(SHAPE, bypass=True)
