@@ -5,13 +5,14 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
-__all__ = ["Connections"]
+__all__ = ["Connections", "IdleUnit"]
 
 
-class _Unit(wiring.Component):
-    """The ports of a unit."""
+class IdleUnit(wiring.Component):
+    """The ports of a unit, given its signature; it does nothing."""
 
     def elaborate(self, platform):
+        """Nothing."""
         return Module()
 
 
@@ -46,7 +47,7 @@ class Connections:
     def _replaced(self, name, real):
         def make(*given, **named):
             # Of the real unit nothing else is used.
-            unit = self.units[name] = _Unit(real(*given, **named).signature)
+            unit = self.units[name] = IdleUnit(real(*given, **named).signature)
             self.instances.setdefault(name, []).append(unit)
             return unit
 
