@@ -1,6 +1,8 @@
 """Intersection unit: the nearest hit of each ray of a section among all patches."""
 
-from amaranth.hdl import Const, Module, Mux, Signal, Value
+from itertools import pairwise
+
+from amaranth.hdl import Cat, Const, Module, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -126,9 +128,8 @@ class IntersectionUnit(wiring.Component):
         begun_patch, leaves = Signal(), Signal()
         in_flight = Signal(range(2 * (TOKENS + self._config.icu.slots)))
         # Known a cycle after the last token, but in the cycle after the first vertex.
-        none_left, drained = Signal(init=1), Signal()
-        m.d.sync += [begun_patch.eq(gate.begins), none_left.eq((in_flight == 0) & ~begun_patch)]
-        m.d.comb += drained.eq(none_left & ~begun_patch)
+        drained = Signal(init=1)
+        m.d.sync += [begun_patch.eq(gate.begins), drained.eq((in_flight == 0) & ~begun_patch & ~gate.begins)]
 
         # A frustum begins when both memories have begun it.
         begins, memory_begins, settle_begins, reads = Signal(), Signal(), Signal(), Signal()
@@ -139,11 +140,12 @@ class IntersectionUnit(wiring.Component):
         section, across, known = self.i_frustum.payload.section, self.i_frustum.payload.tiles_across, Signal()
         icu, tiles = self._config.icu, Signal.like(settle.tiles)
         down = (section.end_row - section.first_row - 1)[:icu.side_bits] >> icu.tile_bits
-        m.d.sync += [known.eq(self.i_frustum.valid & ~accepts), tiles.eq(_at_most(
-            _size_bits((across - 1)[:icu.side_bits]) + _size_bits(down), settle.tiles.shape().width - 1))]
+        m.d.sync += [known.eq(self.i_frustum.valid & ~accepts),
+                     tiles.eq(_product(across, down, settle.tiles.shape().width - 1))]
         m.d.comb += [
             settle.tiles.eq(tiles), memory.rays.eq(tiles << 2 * icu.tile_bits),
-            begins.eq(self.i_frustum.valid & known & drained & free & ~reads),
+            # A frustum that is known waits.
+            begins.eq(known & drained & free & ~reads),
             memory.i_start.valid.eq(begins & ~begun), settle.i_start.valid.eq(begins & ~settle_begun),
             memory_begins.eq(memory.i_start.valid & memory.i_start.ready),
             settle_begins.eq(settle.i_start.valid & settle.i_start.ready),
@@ -242,14 +244,11 @@ class IntersectionUnit(wiring.Component):
         return m
 
 
-def _size_bits(last):
-    """Bits of the numbers from 0 to ``last``."""
-    bits = Const(0)
-    for bit in range(len(last)):
-        bits = Mux(last[bit:].any(), bit + 1, bits)
-    return bits
-
-
-def _at_most(bits, most):
-    """2^``bits``, at most 2^``most``."""
-    return 1 << Mux(bits < most, bits, most)
+def _product(across, down, most):
+    """``across`` times (``down`` + 1), both rounded up to powers of two, at most 2^``most``."""
+    # Whether a factor is at least 2^k, and then whether the product is: nothing is added.
+    across, down = (Cat(value, Const(0, most)) for value in (across, down))
+    columns = [Const(1), *(across[k + 1:].any() | (across[k] & across[:k].any()) for k in range(most))]
+    rows = [Const(1), *(down[k:].any() for k in range(most))]
+    reaches = [Cat(columns[k] & rows[n - k] for k in range(n + 1)).any() for n in range(most + 1)]
+    return Cat(*(at_least & ~more for at_least, more in pairwise([*reaches, Const(0)])))
