@@ -224,7 +224,7 @@ class MemorySystem(wiring.Component):
             timeout.waits.eq(~self.drained & ~(vertex.valid & ~vertex.ready)),
             timeout.moves.eq(vertex.valid | self.i_bus.valid | (self.i_reply.valid & self.i_reply.ready)
                              | patches.enters.any() | patches.leaves.any() | cells.leaves.any())]
-        self._add_fault(m, cell_filter.number, (
+        self._add_fault(m, (
             (timeout.expired, PathFault.TIMEOUT, 0),
             *((void, PathFault.RESIDENCE, number) for void, number in voids),
             (geometry.wrong, PathFault.RESIDENCE, geometry.number),
@@ -351,15 +351,17 @@ class MemorySystem(wiring.Component):
         m.d.sync += [void.eq(check.void), number.eq(vertex.patch)]
         return void, number
 
-    def _add_fault(self, m, number, causes):
+    def _add_fault(self, m, causes):
         """The first fault; of several in one cycle the last of ``causes``: whether, its code and its number."""
         m.submodules.first_fault = first_fault = FirstFault(layout=self.fault.shape(), count=1)
-        # Registered like ``drained``.
+        # Registered: the causes are far from each other. A fault is known before the results of the section are due.
         found = Signal.like(self.fault)
-        m.d.sync += [found.code.eq(PathFault.NONE), found.number.eq(number)]
-        for happens, what, which in causes:
-            with m.If(happens):
-                m.d.sync += [found.code.eq(what), found.number.eq(which)]
+        m.d.sync += found.code.eq(PathFault.NONE)
+        for k, (happens, what, which) in enumerate(causes):
+            happened, number = Signal(name=f"happened_{k}"), Signal.like(found.number, name=f"number_{k}")
+            m.d.sync += [happened.eq(happens), number.eq(which)]
+            with m.If(happened):
+                m.d.sync += [found.code.eq(what), found.number.eq(number)]
         m.d.comb += [first_fault.i[0].valid.eq(found.code != PathFault.NONE), first_fault.i[0].payload.eq(found),
                      first_fault.clear.eq(self.clear), self.fault.eq(first_fault.o)]
 
