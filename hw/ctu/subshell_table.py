@@ -8,6 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.lib.pipeline import Pipeline
+from hw.lib.skid_buffer import SkidBuffer
 
 __all__ = ["SubshellTable"]
 
@@ -29,7 +30,7 @@ class SubshellTable(wiring.Component):
 
     Timing
     ------
-    Latency: ``2`` cycles. An entry per cycle; stalls with ``o``.
+    Latency: ``2`` cycles. An entry per cycle; stalls with ``o``, a cycle later.
 
     Golden counterpart: `golden.memory_map.MemoryImage.subshells`.
     """
@@ -42,9 +43,11 @@ class SubshellTable(wiring.Component):
                                           always_ready=True)),
             "i": In(stream.Signature(address)), "o": Out(stream.Signature(entry))})
         self._entries = Memory(shape=entry, depth=1 << address, init=[])
-        self._pipeline = pipeline = Pipeline(self.i, self.o)
+        # Whoever requests an entry sees a register of whether entries are taken.
+        self._found = SkidBuffer(entry, bypass=True)
+        self._pipeline = pipeline = Pipeline(self.i, self._found.i)
         read = pipeline.delay(pipeline.read(self._entries.read_port(), pipeline.input(self.i.payload)), 1)
-        pipeline.output(self.o.payload, read)
+        pipeline.output(self._found.i.payload, read)
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
@@ -54,4 +57,6 @@ class SubshellTable(wiring.Component):
         m.d.comb += [port.addr.eq(load.payload.address), port.en.eq(load.valid),
                      *(port.data[name].eq(load.payload[name]) for name in ("patch", "shell"))]
         self._pipeline.add_to(m)
+        m.submodules.found = self._found
+        wiring.connect(m, self._found.o, wiring.flipped(self.o))
         return m

@@ -10,7 +10,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 import hw.engine
-from golden.config import PRESETS
+from hw.board.view import BOARD
 from hw.cluster import Cluster
 from hw.engine import Engine
 from hw.lib.skid_buffer import SkidBuffer
@@ -18,19 +18,15 @@ from hw.memsys.local_bus import LocalBus
 from tb.system.connections import IdleUnit
 from tb.system.ready_paths import is_unit, ready_paths
 
-CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})
+# With lists of subshells, and a second cluster; small otherwise.
+CONFIG = BOARD.replace({"ctu.subshell_bits": 6, "noc.columns": 2})
 
 # The sink and the source of each `ready` that depends on another unit's nevertheless, with the reason.
-_ONE_MORE = "a skid buffer behind it would cost a cycle"
 KNOWN = {
     "cluster": {
-        ("memory.i_remote", "o_remote"): f"the resident patches' pipeline stalls with its reader; {_ONE_MORE}",
-        ("list.i", "traversal.i_entry"): f"the list of subshells stalls with its reader; {_ONE_MORE}",
         ("results.i", "intersection.i_read_out"): "once per section; a read-out begins when its section is accepted"},
     "engine": {
-        ("control.i_refused", "completions.i_record"): "once per refused descriptor; it counts when it is recorded",
-        **{(f"bus.i_request[{number}]", "interface.i_request"): f"the bus holds one request; {_ONE_MORE}"
-           for number in range(CONFIG.noc.nodes)}},
+        ("control.i_refused", "completions.i_record"): "once per refused descriptor; it counts when it is recorded"},
 }
 # Blocks of the engine, for the control.
 IDLE = ("Registers", "JobControl", "MainMemoryPort", "CompletionWriter", "DescriptorFetch", "JobDispatch", "PreloadDma",
