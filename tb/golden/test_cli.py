@@ -400,6 +400,8 @@ def test_scenes_lists_all_built_in_scenes_with_their_patch_counts():
         line = next(line for line in table.splitlines() if line.split()[:1] == [row["name"]])
         assert line.split()[1] == str(row["patches"])
         assert row["about"] in line
+        sizes = BUILTIN[row["name"]].sizes
+        assert row["sizes"] == ([min(sizes), max(sizes)] if sizes else None)
     counts = {row["name"]: row["patches"] for row in rows}
     assert {name: counts[name] for name in ("lobby", "room1627", "cubes", "man", "phone")} == {
         "lobby": 227, "room1627": 1297, "cubes": 3079, "man": 3315, "phone": 4103}

@@ -3,7 +3,7 @@
 import json
 import re
 import resource
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -123,3 +123,47 @@ def test_samples_alone_choose_hemispheres(folder):
     reports = [json.loads(run("formfactors", "furnace:1", *given, "-o", "F.npz", "--json").stdout)
                for given in ((), ("--samples", "2"), ("--rays", "64x16"))]
     assert [report["error"] is None for report in reports] == [False, True, True]
+
+
+class Recorded:
+    """Remembers the options of all that a command makes."""
+
+    def __init__(self):
+        self.given = {}
+
+    def of(self, name, made=None):
+        """A function that remembers its options."""
+        def make(*arguments, **options):
+            self.given[name] = options | dict(enumerate(arguments))
+            return made
+        return make
+
+
+@pytest.mark.parametrize(("words", "expected"), [
+    (("--error", "0.002", "--sky-error", "0.003", "--sky-patches", "tregenza", "--seed", "7"),
+     {"adaptive": {"error": 0.002, "sky_error": 0.003, "sky_patches": "tregenza", "seed": 7}}),
+    (("--rays", "32x8", "--samples", "3", "--project"),
+     {"plain": {"rays": (32, 8), "samples": 3, "projected": True, "block_rows": 64}}),
+    (("--samples", "2"), {"plain": {"rays": (256, 64), "samples": 2, "projected": False}}),
+    (("--time-limit", "5", "--error", "0.004"), {"within": {0: 5.0, "error": 0.004, "method": "naive"}}),
+    (("--resume",), {"store": {"method": "naive", "resume": True}}),
+    (("--facets", "--unit", "cm", "--max-edge", "0.5", "--max-area", "0.25"),
+     {"task": {"facets": True, "unit": "cm", "max_edge": 0.5, "max_area": 0.25}})])
+def test_every_option_reaches_the_work(words, expected, monkeypatch, tmp_path):
+    seen = Recorded()
+    task = SimpleNamespace(scene=range(2), run=seen.of("run", ({}, "")), run_within=seen.of("within", ({}, "")),
+                           store=seen.of("store"))
+    for place, name, made in (
+            ("golden.tasks.view_factors.ViewFactorTask", "task", task),
+            ("golden.cast.methods.frustum_caster", "caster", 1),
+            ("golden.light.factors.rows.FactorRows", "adaptive", None),
+            ("golden.light.factors.hemisphere_rows.HemisphereRows", "plain", None),
+            ("golden.commands.formfactors.worker_pool", "pool", nullcontext())):
+        monkeypatch.setattr(place, seen.of(name, made))
+    result = run("formfactors", "furnace:1", "-o", tmp_path / "a.npz", "--method", "naive", "--cell", "0.3", *words)
+    assert result.exit_code == 0, result.stderr
+    if "within" in expected:
+        seen.given["within"][1](0.01)
+        expected = expected | {"adaptive": {"error": 0.01, "seed": 0}}
+    for name, options in (expected | {"caster": {1: "naive", "cell": 0.3}, "pool": {"cell": 0.3}}).items():
+        assert {key: seen.given[name][key] for key in options} == options
