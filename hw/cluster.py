@@ -198,7 +198,8 @@ class Cluster(wiring.Component):
         wiring.connect(m, load.o_table, entries.i)
         given, mine = words.o.payload, Signal()
         m.d.comb += [
-            self.loads.eq(words.o.valid | entries.o.valid), mine.eq(given.is_all | (given.cluster == self.number)),
+            self.loads.eq(words.o.valid | entries.o.valid | load.o_grid.valid),
+            mine.eq(given.is_all | (given.cluster == self.number)),
             load.i.valid.eq(words.o.valid & mine), load.i.payload.eq(given.item),
             words.o.ready.eq(load.i.ready),
             tables.i.valid.eq(words.o.valid & mine & load.i.ready), tables.i.payload.eq(given.item)]
