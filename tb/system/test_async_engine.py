@@ -1,6 +1,7 @@
 """The engine's three clocks: a small unit stands for the engine between its crossings."""
 
 import random
+from itertools import count
 
 import pytest
 from amaranth.hdl import ClockDomain, Module, Signal
@@ -11,26 +12,32 @@ from amaranth.sim import Simulator
 import hw.async_engine
 from golden.config import PRESETS
 from hw.async_engine import HELD, AsyncEngine
+from hw.lib.clock_crossing import ClockCrossing
 from hw.memsys.axi_signature import AxiSignature
+from hw.memsys.memory_formats import MemoryFormats
 from hw.registers.axi_lite_signature import AxiLiteSignature
 from hw.registers.engine_registers import ADDRESS_BITS
 from hw.registers.register import Access, Register, addresses
 from hw.registers.registers import Registers
+from tb.axi.axi_lite_protocol import AxiLiteProtocol
+from tb.axi.axi_protocol import BUFFERABLE, INCR, AxiProtocol
+from tb.axi.protocol_monitor import ProtocolError, ProtocolMonitor
 from tb.lib.seed import SEED
 
 CONFIG = PRESETS["tiny"]
-TABLE = (Register(name="address", access=Access.WRITE, about="Is read from main memory when it changes."),
-         Register(name="found", access=Access.READ, about="What came."),
+TABLE = (Register(name="address", access=Access.WRITE, about="The word there is copied when it changes."),
+         Register(name="copied", access=Access.READ, about="The word."),
          Register(name="interrupt", access=Access.WRITE, about="The pin.", width=1))
 PLACES = addresses(TABLE)
+WORD = CONFIG.memory.data_bits // 8
 # Nanoseconds of a cycle of the engine, main memory and the host.
 PERIODS = [(10, 7, 13), (5, 17, 3), (10, 10, 10)]
 RESETS = ("engine", "memory", "host")
 WATCHDOG = 500
 
 
-class Reader(wiring.Component):
-    """Reads the word of main memory at the address in its first register."""
+class Copier(wiring.Component):
+    """Copies the word of main memory at the address in its first register to the next one."""
 
     def __init__(self, *, config, black_boxes):
         super().__init__({"host": In(AxiLiteSignature(address_bits=ADDRESS_BITS)),
@@ -40,30 +47,65 @@ class Reader(wiring.Component):
         m = Module()
         m.submodules.registers = registers = Registers(TABLE, address_bits=ADDRESS_BITS)
         wiring.connect(m, wiring.flipped(self.host), registers.host)
-        requested = Signal(32)
-        m.d.comb += [self.axi.arvalid.eq(registers.address != requested), self.axi.araddr.eq(registers.address),
-                     self.axi.rready.eq(1), self.irq.eq(registers.interrupt)]
-        with m.If(self.axi.arvalid & self.axi.arready):
+        axi, requested = self.axi, Signal(32)
+        for channel in "ar", "aw":
+            m.d.comb += [getattr(axi, f"{channel}{name}").eq(value) for name, value in (
+                ("burst", INCR), ("cache", BUFFERABLE), ("size", MemoryFormats(CONFIG).low_bits))]
+        m.d.comb += [axi.arvalid.eq(registers.address != requested), axi.araddr.eq(registers.address),
+                     axi.awaddr.eq(requested + WORD), axi.wstrb.eq(-1), axi.wlast.eq(1), axi.rready.eq(1),
+                     axi.bready.eq(1), self.irq.eq(registers.interrupt)]
+        with m.If(axi.arvalid & axi.arready):
             m.d.sync += requested.eq(registers.address)
-        with m.If(self.axi.rvalid):
-            m.d.sync += registers.found.eq(self.axi.rdata)
+        for channel in "aw", "w":
+            offered = Signal(name=f"{channel}_offered")
+            m.d.comb += getattr(axi, f"{channel}valid").eq(offered)
+            with m.If(axi.rvalid):
+                m.d.sync += offered.eq(1)
+            with m.Elif(getattr(axi, f"{channel}ready")):
+                m.d.sync += offered.eq(0)
+        with m.If(axi.rvalid):
+            m.d.sync += axi.wdata.eq(axi.rdata)
+        with m.If(axi.bvalid):
+            m.d.sync += registers.copied.eq(axi.wdata)
+        return m
+
+
+class Withdrawing(wiring.Component):
+    """A `ClockCrossing` that withdraws its offer in every second cycle: a negative control."""
+
+    def __init__(self, shape, *, source, sink, depth):
+        self._crossing, self._sink = ClockCrossing(shape, source=source, sink=sink, depth=depth), sink
+        super().__init__(self._crossing.signature)
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.crossing = crossing = self._crossing
+        offers = Signal()
+        m.d[self._sink] += offers.eq(~offers)
+        wiring.connect(m, wiring.flipped(self.i), crossing.i)
+        m.d.comb += [self.o.payload.eq(crossing.o.payload), self.o.valid.eq(crossing.o.valid & offers),
+                     crossing.o.ready.eq(self.o.ready & offers)]
         return m
 
 
 class Machine:
-    """An `AsyncEngine` around a `Reader`, a host, and a main memory that answers three times the address.
+    """An `AsyncEngine` around a `Copier`, a host, and a main memory that answers three times the address.
+
+    Host and memory stall at random. A violation of AXI's rules at either port fails the test.
 
     Members
     -------
     is_slow
         Main memory takes no addresses.
-    taken
-        Addresses that it has taken.
+    taken, written
+        Addresses that it has taken, and addresses and words of writes.
+    monitors
+        Of the ports, by the clock. The host offers accesses in resets too: of its port they check the engine alone.
     """
 
     def __init__(self, monkeypatch, periods):
-        monkeypatch.setattr(hw.async_engine, "Engine", Reader)
-        self.dut, self.is_slow, self.taken = AsyncEngine(config=CONFIG), False, []
+        monkeypatch.setattr(hw.async_engine, "Engine", Copier)
+        self.dut, self.is_slow, self.taken, self.written = AsyncEngine(config=CONFIG), False, [], []
         self.edges = {name: ClockDomain(f"edges_{name}", reset_less=True) for name in RESETS}
         self.sync = ClockDomain("sync")
         m = Module()
@@ -73,9 +115,14 @@ class Machine:
         for name, domain in self.edges.items():
             m.d.comb += clocks[name].eq(domain.clk)
         self.simulator = Simulator(m)
-        draw = random.Random(SEED)
+        self.draw = random.Random(SEED)
         for domain, period in zip(self.edges.values(), periods, strict=True):
-            self.simulator.add_clock(period * 1e-9, phase=draw.random() * period * 1e-9, domain=domain.name)
+            self.simulator.add_clock(period * 1e-9, phase=self.draw.random() * period * 1e-9, domain=domain.name)
+        self.ports, lite = {"memory": self.dut.axi, "host": self.dut.host}, AxiLiteProtocol(ADDRESS_BITS)
+        self.monitors = {"memory": ProtocolMonitor(AxiProtocol(CONFIG)),
+                         "host": ProtocolMonitor(lite, lite.subordinate)}
+        # Resets that are on, and the ports that have not had an edge since one was.
+        self.active, self.withdrawn = {"memory", "host"}, set()
 
     async def tick(self, ctx, name, cycles=1):
         for _ in range(cycles):
@@ -86,6 +133,11 @@ class Machine:
         signal, active = {"engine": (self.sync.rst, 1), "memory": (self.dut.m_axi_aresetn, 0),
                           "host": (self.dut.s_axil_aresetn, 0)}[name]
         ctx.set(signal, active if is_on else 1 - active)
+        if is_on:
+            self.active.add(name)
+            self.withdrawn.update(self.ports)
+        else:
+            self.active.discard(name)
 
     def begin(self, ctx):
         """All resets end."""
@@ -99,52 +151,73 @@ class Machine:
                 return
         raise AssertionError(f"{signal.name} stays 0")
 
+    async def give(self, ctx, name, channel, **pins):
+        """Offer an item of a channel until it is accepted."""
+        port = self.ports[name]
+        for pin, value in pins.items():
+            ctx.set(getattr(port, pin), value)
+        ctx.set(getattr(port, f"{channel}valid"), 1)
+        await self.until(ctx, name, getattr(port, f"{channel}ready"))
+        ctx.set(getattr(port, f"{channel}valid"), 0)
+
+    async def take(self, ctx, name, channel, *pins, cycles):
+        """Accept an item of a channel: its pins."""
+        port = self.ports[name]
+        valid, ready, *values = (getattr(port, pin) for pin in (f"{channel}valid", f"{channel}ready", *pins))
+        for _ in cycles:
+            is_ready = self.draw.random() < 0.5 and not (name == "memory" and self.is_slow)
+            ctx.set(ready, is_ready)
+            _, _, comes, *came = await ctx.tick(f"edges_{name}").sample(valid, *values)
+            if comes and is_ready:
+                ctx.set(ready, 0)
+                return came
+        raise AssertionError(f"{valid.name} stays 0")
+
     async def write(self, ctx, name, value):
-        host = self.dut.host
-        for pin, number in (("awaddr", PLACES[name]), ("wdata", value), ("wstrb", 15), ("bready", 1)):
-            ctx.set(getattr(host, pin), number)
-        for channel in "aw", "w":
-            ctx.set(getattr(host, f"{channel}valid"), 1)
-            await self.until(ctx, "host", getattr(host, f"{channel}ready"))
-            ctx.set(getattr(host, f"{channel}valid"), 0)
-        await self.until(ctx, "host", host.bvalid)
+        await self.give(ctx, "host", "aw", awaddr=PLACES[name])
+        await self.give(ctx, "host", "w", wdata=value, wstrb=15)
+        await self.take(ctx, "host", "b", cycles=range(WATCHDOG))
 
     async def read(self, ctx, name):
-        host = self.dut.host
-        ctx.set(host.araddr, PLACES[name])
-        ctx.set(host.rready, 1)
-        ctx.set(host.arvalid, 1)
-        await self.until(ctx, "host", host.arready)
-        ctx.set(host.arvalid, 0)
-        for _ in range(WATCHDOG):
-            _, _, valid, data = await ctx.tick("edges_host").sample(host.rvalid, host.rdata)
-            if valid:
-                return data
-        raise AssertionError("no answer to a read")
+        await self.give(ctx, "host", "ar", araddr=PLACES[name])
+        (data,) = await self.take(ctx, "host", "r", "rdata", cycles=range(WATCHDOG))
+        return data
 
-    async def found(self, ctx, address):
-        """The engine has read the word at an address."""
+    async def copied(self, ctx, address):
+        """The engine has copied the word at an address."""
         for _ in range(WATCHDOG):
-            if await self.read(ctx, "found") == 3 * address:
+            if await self.read(ctx, "copied") == 3 * address:
+                assert self.written[-1] == (address + WORD, 3 * address)
                 return
         raise AssertionError(f"the word at {address:#x} does not come")
 
     async def memory(self, ctx):
-        axi = self.dut.axi
         while True:
-            ctx.set(axi.arready, not self.is_slow)
-            _, _, valid, ready, address = await ctx.tick("edges_memory").sample(axi.arvalid, axi.arready, axi.araddr)
-            if valid and ready:
-                self.taken.append(address)
-                ctx.set(axi.arready, 0)
-                ctx.set(axi.rdata, 3 * address)
-                ctx.set(axi.rvalid, 1)
-                await self.until(ctx, "memory", axi.rready)
-                ctx.set(axi.rvalid, 0)
+            (address,) = await self.take(ctx, "memory", "ar", "araddr", cycles=count())
+            self.taken.append(address)
+            await self.give(ctx, "memory", "r", rdata=3 * address, rlast=1)
+            (address,) = await self.take(ctx, "memory", "aw", "awaddr", cycles=count())
+            (data,) = await self.take(ctx, "memory", "w", "wdata", cycles=count())
+            self.written.append((address, data))
+            await self.give(ctx, "memory", "b")
+
+    def watch(self, name):
+        """A process that checks every cycle of a port."""
+        monitor, port = self.monitors[name], self.ports[name]
+        pins = {pin: getattr(port, pin) for pin in port.signature.members}
+
+        async def check(ctx):
+            while True:
+                _, _, *values = await ctx.tick(f"edges_{name}").sample(*pins.values())
+                monitor.step(dict(zip(pins, values, strict=True)), reset=bool(self.active) or name in self.withdrawn)
+                self.withdrawn.discard(name)
+        return check
 
     def run(self, bench):
         self.simulator.add_testbench(bench)
         self.simulator.add_testbench(self.memory, background=True)
+        for name in self.ports:
+            self.simulator.add_testbench(self.watch(name), background=True)
         self.simulator.run()
 
 
@@ -154,15 +227,31 @@ def test_registers_memory_and_interrupts_cross_the_clocks(monkeypatch, periods):
 
     async def bench(ctx):
         machine.begin(ctx)
-        for address in 0x1234, 0x88, 0xABCDE:
+        for address in 0x1230, 0x88, 0xABCD8:
             await machine.write(ctx, "address", address)
             assert await machine.read(ctx, "address") == address
-            await machine.found(ctx, address)
-        assert machine.taken == [0x1234, 0x88, 0xABCDE]
+            await machine.copied(ctx, address)
+        assert machine.taken == [0x1230, 0x88, 0xABCD8]
         assert not ctx.get(machine.dut.irq)
         await machine.write(ctx, "interrupt", 1)
         await machine.until(ctx, "host", machine.dut.irq)
     machine.run(bench)
+    assert all(monitor.cycles for monitor in machine.monitors.values())
+
+
+@pytest.mark.parametrize(("port", "rules"), [("memory", "(ar|aw|w)_stable"), ("host", "(b|r)_stable")])
+def test_an_offer_withdrawn_at_a_port_fails_by_its_rule(monkeypatch, port, rules):
+    monkeypatch.setattr("hw.lib.axi_crossing.ClockCrossing", lambda shape, **more: (
+        Withdrawing if more["sink"] == port else ClockCrossing)(shape, **more))
+    machine = Machine(monkeypatch, PERIODS[0])
+
+    async def bench(ctx):
+        machine.begin(ctx)
+        for k in range(1, 50):
+            await machine.write(ctx, "address", k * 2 * WORD)
+            await machine.copied(ctx, k * 2 * WORD)
+    with pytest.raises(ProtocolError, match=rules):
+        machine.run(bench)
 
 
 @pytest.mark.parametrize("periods", PERIODS)
@@ -174,16 +263,17 @@ def test_each_reset_resets_all_sides_however_short_it_is(monkeypatch, which, per
     async def bench(ctx):
         machine.begin(ctx)
         await machine.write(ctx, "interrupt", 1)
-        await machine.write(ctx, "address", 0x44)
-        await machine.found(ctx, 0x44)
+        await machine.write(ctx, "address", 0x48)
+        await machine.copied(ctx, 0x48)
         await machine.until(ctx, "host", machine.dut.irq)
         machine.is_slow = True
         await machine.tick(ctx, "memory", 4)
-        await machine.write(ctx, "address", 0x99)
+        await machine.write(ctx, "address", 0x98)
         await machine.until(ctx, "memory", axi.arvalid)
         machine.reset(ctx, which, True)
         await ctx.delay(0.5e-9)
-        for pin in host.awready, host.arready, host.wready, host.bvalid, host.rvalid, axi.arvalid, axi.rready:
+        for pin in (host.awready, host.arready, host.wready, host.bvalid, host.rvalid, axi.arvalid, axi.awvalid,
+                    axi.wvalid, axi.rready, axi.bready):
             assert not ctx.get(pin)
         machine.reset(ctx, which, False)
         machine.is_slow = False
@@ -192,9 +282,9 @@ def test_each_reset_resets_all_sides_however_short_it_is(monkeypatch, which, per
         assert await machine.read(ctx, "interrupt") == 0
         await machine.tick(ctx, "host", 4)
         assert not ctx.get(machine.dut.irq)
-        await machine.write(ctx, "address", 0x55)
-        await machine.found(ctx, 0x55)
-        assert machine.taken == [0x44, 0x55]
+        await machine.write(ctx, "address", 0x50)
+        await machine.copied(ctx, 0x50)
+        assert machine.taken == [0x48, 0x50]
     machine.run(bench)
 
 
