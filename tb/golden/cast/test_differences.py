@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,20 @@ def test_an_edge_much_nearer_than_it_is_long_differs_by_the_rounding_of_its_ends
             total[cause] = total.get(cause, 0) + count
     assert total["unexplained"] == 0
     assert height > 1e-4 or total["long_edge"] > 0
+
+
+def test_a_ray_near_an_edge_of_either_patch_alone_may_differ():
+    """Of rays that hit the same patch, a miss instead has the same cause whichever of the two casters has it."""
+    scene, geometry, record = room("room1627", 11)
+    fixed, oracle, _ = compared(scene, geometry, record)
+    patch, misses = np.where(fixed.patch == oracle.patch, fixed.patch, -1), np.full(len(record), -1)
+    ours, theirs = (differences(replace(fixed, patch=one), replace(oracle, patch=other), record, scene, geometry,
+                                CONFIG) for one, other in ((patch, misses), (misses, patch)))
+    for cause in "edge", "long_edge", "unexplained":
+        rays = getattr(ours, cause)
+        assert len(rays) > 0
+        np.testing.assert_array_equal(rays, getattr(theirs, cause))
+    assert sum(ours.counts().values()) == (patch >= 0).sum()
 
 
 def test_a_fault_is_unexplained():

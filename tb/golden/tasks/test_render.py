@@ -179,6 +179,13 @@ def test_no_picture_has_the_name_of_one_that_an_option_begins(name, tmp_path):
                     photometry=Photometry(false_colour=tmp_path / "a"))
 
 
+@pytest.mark.parametrize(("name", "suffix"), [("illuminance", ".csv"), ("sensor_table", ".csv"), ("surfaces", ".glb")])
+def test_each_measurement_s_file_is_checked_before_the_render(name, suffix, tmp_path):
+    for path, message in (("a.txt", f"Name must end in {suffix}"), (f"missing/a{suffix}", "cannot be written")):
+        with pytest.raises(InputError, match=message):
+            Photometry(sensors=tmp_path / "points.txt", **{name: tmp_path / path})
+
+
 def test_no_two_tables_are_one_file(tmp_path):
     table = tmp_path / "a.csv"
     with pytest.raises(InputError, match="named twice"):

@@ -52,6 +52,12 @@ def test_granules_are_requested_at_once():
     assert cube.sent[2, WORDS] == 10 * 7 + 2
 
 
+def test_each_row_of_a_granule_takes_its_own_time():
+    found, _ = run([1000, 2000, 4000, 8000], nodes=1, granularity=3)
+    # Requests take 100 + 10, the replies 100 and 7 words of each row.
+    assert found.ended.tolist() == [420 + 1000, 420 + 3000, 420 + 7000, 7420 + 280 + 8000]
+
+
 def test_small_granules_balance_best():
     times = np.random.default_rng(1).integers(2, 7, 220) * 10**9
     ends = [run(times, nodes=16, granularity=one, timing=NodeTiming())[0].ends.max() for one in (1, 4, 16)]

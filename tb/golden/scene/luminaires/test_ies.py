@@ -13,8 +13,9 @@ def candela(text):
     return dict(zip(found.planes.tolist(), found.candela.tolist(), strict=True))
 
 
-def test_multiplier_and_ballast_factor_scale_the_intensities():
+def test_multiplier_and_both_ballast_factors_scale_the_intensities():
     assert candela(ies(multiplier=2, ballast=0.5)) == {0: [100, 100, 100]}
+    assert candela(ies(multiplier=3, ballast=0.5, lamp=0.75)) == {0: [112.5, 112.5, 112.5]}
     assert candela(ies(multiplier=3)) == {0: [300, 300, 300]}
 
 

@@ -6,11 +6,11 @@ __all__ = ["eulumdat", "ies"]
 
 
 def ies(*, vertical=(0, 45, 90), horizontal=(0,), candela=None, tilt="NONE", kind=1, unit=2, multiplier=1.0,
-        size=(0.0, 0.0, 0.0), ballast=1.0) -> str:
-    """A file of LM-63; candela is C x G."""
+        size=(0.0, 0.0, 0.0), ballast=1.0, lamp=1) -> str:
+    """A file of LM-63; candela is C x G, lamp the second ballast factor."""
     candela = np.full((len(horizontal), len(vertical)), 100.0) if candela is None else np.asarray(candela)
     rows = [f"1 1000 {multiplier} {len(vertical)} {len(horizontal)} {kind} {unit} {' '.join(map(str, size))}",
-            f"{ballast} 1 50", " ".join(map(str, vertical)), " ".join(map(str, horizontal)),
+            f"{ballast} {lamp} 50", " ".join(map(str, vertical)), " ".join(map(str, horizontal)),
             *(" ".join(map(str, row)) for row in candela.tolist())]
     return "\n".join(["IESNA:LM-63-2002", "[TEST] none", f"TILT={tilt}", *rows]) + "\n"
 
