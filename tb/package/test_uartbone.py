@@ -1,0 +1,125 @@
+"""The exported host of a SoC casts its job through a bridge whose replies arrive in parts, as over a serial line."""
+
+import ctypes
+import socket
+import struct
+import subprocess
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from hw.package.core_files import write_core
+from tb.package.driver_library import FLAGS, PortFunctions, complaints
+from tb.package.exported_engine import CONFIG
+from tb.package.register_machine import RegisterMachine
+
+SIZE, WORD = 1 << 22, 4
+SCRATCH, PENDING, RAM, REGISTERS = 0x4, 0x1000, 0x4000_0000, 0x8000_0000
+WRITE, READ = 1, 2
+# What LiteX writes for a SoC, as far as the host uses it.
+HEADERS = {
+    "csr.h": f"""
+        #include <stdint.h>
+        #define CSR_CTRL_SCRATCH_ADDR {SCRATCH}UL
+        static inline uint32_t radiosity_ev_pending_read(void) {{ return (uint32_t)csr_read_simple({PENDING}UL); }}
+        static inline void sdram_dfii_control_write(uint32_t value) {{ csr_write_simple(value, {SCRATCH}UL); }}
+        """,
+    "mem.h": f"""
+        #define MAIN_RAM_BASE {RAM}UL
+        #define MAIN_RAM_SIZE {SIZE}UL
+        #define RADIOSITY_BASE {REGISTERS}UL
+        """,
+    "sdram_phy.h": """
+        #define DFII_CONTROL_SEL 1
+        void cdelay(int cycles);
+        static inline void init_sequence(void) { cdelay(1); }
+        """}
+
+
+class Bridge(threading.Thread):
+    """UARTBone over TCP at a machine of registers, which works as long as the host looks for an interrupt.
+
+    Members
+    -------
+    port
+        Where it listens.
+    replies
+        Each is sent in two parts: how many there were.
+    """
+
+    def __init__(self, machine: RegisterMachine):
+        super().__init__(daemon=True)
+        self._machine, self._functions = machine, ctypes.cast(machine.port, ctypes.POINTER(PortFunctions)).contents
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port, self.replies = self._listener.getsockname()[1], 0
+
+    def run(self):
+        """Serve one host."""
+        with self._listener, self._listener.accept()[0] as connection, connection.makefile("rb") as requests:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            while head := requests.read(6):
+                command, words, address = struct.unpack(">BBI", head)
+                if command == WRITE:
+                    for number, value in enumerate(struct.unpack(f">{words}I", requests.read(WORD * words))):
+                        self._write(WORD * (address + number), value)
+                    continue
+                assert command == READ
+                reply = struct.pack(f">{words}I", *(self._read(WORD * (address + number)) for number in range(words)))
+                connection.sendall(reply[:3])
+                time.sleep(1e-3)
+                connection.sendall(reply[3:])
+                self.replies += 1
+
+    def _read(self, address):
+        if address >= REGISTERS:
+            value = ctypes.c_uint32()
+            assert not self._functions.read(None, address - REGISTERS, ctypes.byref(value))
+            return value.value
+        if address >= RAM:
+            return int.from_bytes(self._machine.memory[address - RAM:address - RAM + WORD], "little")
+        if address == PENDING:
+            assert not self._functions.wait(None, 1)
+            return self._machine.values["interrupt"] >> 1
+        return 0
+
+    def _write(self, address, value):
+        if address >= REGISTERS:
+            assert not self._functions.write(None, address - REGISTERS, value)
+        elif address >= RAM:
+            self._machine.memory[address - RAM:address - RAM + WORD] = value.to_bytes(WORD, "little")
+
+
+@pytest.fixture
+def folder(without_verilog, tmp_path) -> Path:
+    """That of an export, with the host compiled."""
+    write_core("engine", config=CONFIG, preset="tiny", folder=tmp_path)
+    (tmp_path / "generated").mkdir()
+    for name, text in HEADERS.items():
+        (tmp_path / "generated" / name).write_text(text)
+    assert not complaints(tmp_path, "gcc", *FLAGS, "-Idriver", "-Iexample", "-Ijob", "-isystem", ".", "-o", "host",
+                          "litex_soc/uartbone.c", "example/cast_job.c", "driver/radiosity.c")
+    return tmp_path
+
+
+def test_a_job_is_cast_though_replies_arrive_in_parts(folder):
+    machine, job = RegisterMachine(SIZE), (folder / "job" / "job.bin").read_bytes()
+    bridge = Bridge(machine)
+    bridge.start()
+    done = subprocess.run([folder / "host", "127.0.0.1", str(bridge.port), folder / "job" / "job.bin"],
+                          capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.count("hit ") == 256
+    assert machine.values["completed"] == 2
+    assert machine.memory[len(job) - 1024:len(job)] == job[-1024:]
+    bridge.join(10)
+    assert bridge.replies > len(job) // (64 * WORD)
+
+
+@pytest.mark.parametrize(("arguments", "code", "message"), [
+    (["127.0.0.1"], 2, "usage: "), (["missing", "job.bin"], 1, "error: missing cannot be opened\n")])
+def test_a_host_without_a_bridge_says_so(folder, arguments, code, message):
+    done = subprocess.run([folder / "host", *arguments], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == code
+    assert done.stderr.startswith(message)
