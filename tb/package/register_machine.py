@@ -35,6 +35,8 @@ class RegisterMachine:
         What the driver has done: ("read", register), ("write", register, value), ("wait", is_interrupt).
     errors
         By tag: the error code with which a descriptor completes.
+    sums
+        By tag: the words of sums that a descriptor leaves at its address.
     settles
         Waits until a stop or a resume is over.
     broken
@@ -45,7 +47,7 @@ class RegisterMachine:
         self.values = {one.name: one.reset for one in ENGINE_REGISTERS}
         self.values |= {"magic": MAGIC, "version": VERSION, "clusters": 2}
         self.status = dict.fromkeys((field.name for field in register("status").fields), 0)
-        self.memory, self.log, self.errors = bytearray(size), [], {}
+        self.memory, self.log, self.errors, self.sums = bytearray(size), [], {}, {}
         self.settles, self.broken, self.stuck, self._due = 0, None, False, None
         self._functions = PortFunctions(None, *(
             kind(self._guarded(function)) for (_, kind), function in zip(PortFunctions._fields_[1:], (
@@ -126,6 +128,9 @@ class RegisterMachine:
         (descriptor,) = np.frombuffer(self.memory[entry:entry + size], dtype=DESCRIPTOR.dtype)
         record = np.zeros(1, dtype=COMPLETION.dtype)
         record["tag"], record["error"] = descriptor["tag"], self.errors.get(int(descriptor["tag"]), 0)
+        words = self.sums.get(int(descriptor["tag"]), np.zeros(0, dtype="<u8"))
+        record["sums"], place = len(words), int(descriptor["sums_address"])
+        self.memory[place:place + words.nbytes] = words.tobytes()
         record["lap"] = lap(values["completed"], values["ring_bits"])
         entry = values["completions"] + (values["completed"] & mask) * COMPLETION.dtype.itemsize
         self.memory[entry:entry + COMPLETION.dtype.itemsize] = record.tobytes()
