@@ -39,7 +39,8 @@ class Filter(wiring.Component):
     i : In, stream of ``bits`` bits
         Numbers.
     limit : In(range(count + 1))
-        The numbers 0 to ``limit`` - 1 exist. Stable while numbers are in flight, and from ``i_start`` on.
+        The numbers 0 to ``limit`` - 1 exist. Stable while numbers are in flight, and from the cycle before ``i_start``
+        on.
     o : Out, stream of a number below ``count``
         The numbers that pass.
     dropped, wrong : Out(1)
@@ -85,9 +86,12 @@ class Filter(wiring.Component):
         m.submodules.gate = gate = CreditGate(self._bits, credits=self.capacity)
         m.submodules.generations = generations = Generations(bits=self._generation, depth=depth)
         begun = Signal()
+        # Registered: the sum and the comparison behind it are two carry chains.
+        rows = Signal.like(generations.rows)
+        m.d.sync += rows.eq((self.limit + self._word - 1) >> word_bits)
         m.d.comb += [
             generations.i_start.valid.eq(self.i_start.valid & (gate.level == 0)), generations.idle.eq(~begun),
-            generations.rows.eq((self.limit + self._word - 1) >> word_bits), generations.busy.eq(gate.o.valid),
+            generations.rows.eq(rows), generations.busy.eq(gate.o.valid),
             self.i_start.ready.eq(generations.i_start.ready & (gate.level == 0)),
             gate.i.payload.eq(self.i.payload)]
         with m.If(begun & ~self.i_start.valid):

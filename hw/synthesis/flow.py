@@ -15,7 +15,7 @@ from amaranth.hdl import Const, Value
 from golden.errors import InputError
 from hw.output import write_text
 from hw.synthesis.carry_folding import fold
-from hw.synthesis.copied_registers import copy_registers
+from hw.synthesis.copied_drivers import copy_drivers
 from hw.synthesis.family import FAMILIES, HOMELESS, Area, Family
 from hw.synthesis.global_nets import globalise
 from hw.synthesis.hard_registers import absorb
@@ -211,7 +211,7 @@ def _netlist(read, folder, name, family):
         modules = json.loads(netlist.read_text())
         top = modules["modules"]["top"]
         top["attributes"][_FOLDED] = f"{fold(top):032b}"
-        for change in absorb, copy_addresses, globalise, copy_registers:
+        for change in absorb, copy_addresses, globalise, copy_drivers:
             change(top)
         netlist.write_text(json.dumps(modules))
     return netlist
