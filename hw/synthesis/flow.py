@@ -30,6 +30,10 @@ _DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
 OPTIONS = ("--placer-heap-timingweight", "30")
 # More than is achievable: with a target that is met, nextpnr considers all paths equally critical.
 MHZ = 105
+# Settings of nextpnr's router2, for which it has no options. Its own weight of congestion grows by 2 in each iteration:
+# on a full chip it exceeds all delays before the last conflicts are resolved, and the detours make new ones. Free wires
+# may lie farther from a net than its own margin of 3 tiles.
+_ROUTER2 = {"router2/currCongWeightMult": "0.7", "router2/bbMargin/x": "8", "router2/bbMargin/y": "8"}
 # Attribute of a module: the number of LUTs that `fold` has removed.
 _FOLDED = "folded_luts"
 _YOSYS = """
@@ -213,6 +217,7 @@ def _netlist(read, folder, name, family):
         top["attributes"][_FOLDED] = f"{fold(top):032b}"
         for change in absorb, copy_addresses, globalise, copy_drivers:
             change(top)
+        top["settings"] = _ROUTER2
         netlist.write_text(json.dumps(modules))
     return netlist
 

@@ -62,3 +62,15 @@ def test_one_target_frequency_is_given(options, expected, monkeypatch, tmp_path)
     at = given.index("--freq")
     assert given[at:at + 2] == expected
     assert given.count("--freq") == 1
+
+
+def test_settings_reach_the_router(tmp_path):
+    """nextpnr ignores settings that it does not know; those of router2 in its own design are the ones that it used."""
+    netlist = synthesise_between_registers(SkidBuffer(2), tmp_path)
+    settings = json.loads(netlist.read_text())["modules"]["top"]["settings"]
+    flow.place_and_route(netlist, seed=1, options=("--router", "router2", "--write", "routed.json"))
+    used = json.loads((tmp_path / "routed.json").read_text())["modules"]["top"]["settings"]
+    assert used["router"] == "router2"
+    assert {name: used[name] for name in settings} == settings
+    defaults = {name for name in used if name.startswith("router2/")}
+    assert set(settings) < defaults
