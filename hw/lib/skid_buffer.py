@@ -51,13 +51,13 @@ class SkidBuffer(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         is_full = Signal()
-        skid = Signal.like(self.i.payload, reset_less=True)
+        spare = Signal.like(self.i.payload, reset_less=True)
         leaves, is_some = self.o.ready | ~self.o.valid, is_full | self.i.valid
-        first = Mux(is_full, skid, self.i.payload)
+        first = Mux(is_full, spare, self.i.payload)
         m.d.comb += [self.i.ready.eq(~is_full), self.ready_next.eq(leaves | ~is_some)]
         m.d.sync += is_full.eq(~self.ready_next)
         with m.If(self.i.ready):
-            m.d.sync += skid.eq(self.i.payload)
+            m.d.sync += spare.eq(self.i.payload)
         if self._bypass:
             m.d.comb += [self.o.valid.eq(is_some), self.o.payload.eq(first)]
         else:

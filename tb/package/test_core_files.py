@@ -14,12 +14,14 @@ from types import SimpleNamespace
 
 import pytest
 from amaranth.hdl import Fragment, MemoryInstance
+from amaranth.lib import wiring
 from click.testing import CliRunner
 
 from golden.config import PRESETS
 from hw.cli import main
 from hw.cluster import COUNTERS
 from hw.host import Host
+from hw.lib.black_box import flatten
 from hw.package.core_files import CROSSING_WAIVERS, WAIVERS, core_files
 from hw.package.tops import TOPS
 from hw.package.unit_latencies import unit_latencies
@@ -196,19 +198,23 @@ def test_every_part_of_an_engine_is_elaborated(preset):
     assert not caught
 
 
-def memories(fragment, path=()):
-    """The paths of all memories inside."""
+def declared(fragment, path=()):
+    """The paths of all memories inside, and of the signals that a module drives and that are no ports of it."""
+    ports = {port for one in fragment.origins or () if isinstance(one, wiring.Component) for port, *_ in flatten(one)}
+    driven = {signal.name for statements in fragment.statements.values() for statement in statements
+              for signal in statement._lhs_signals()}
+    yield from ((*path, name) for name in driven - ports)
     for part, name, _ in fragment.subfragments:
         if isinstance(part, MemoryInstance):
             yield (*path, name)
         else:
-            yield from memories(part, (*path, name))
+            yield from declared(part, (*path, name))
 
 
 @pytest.mark.parametrize(("top", "preset"), [("engine", "tiny"), ("cluster", "small")])
-def test_no_memory_hides_its_module(top, preset):
-    """Verilator warns (VARHIDDEN) of a memory that has the name of the instance around it."""
-    paths = list(memories(Fragment.get(TOPS[top].make(PRESETS[preset]), None)))
+def test_no_memory_or_signal_hides_its_module(top, preset):
+    """Verilator warns (VARHIDDEN) of what has the name of the instance around it."""
+    paths = set(declared(Fragment.get(TOPS[top].make(PRESETS[preset]), None)))
     assert paths
     assert not [path for path in paths if path[-2:-1] == path[-1:]]
 
