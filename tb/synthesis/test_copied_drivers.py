@@ -1,11 +1,11 @@
-"""Copies of registers and LUTs with many readers: every reader has the same function at its pin, and no driver too many."""
+"""Copies of registers and LUTs with many readers: each reader has the same function at its pin, no driver too many."""
 
 import copy
 import json
 from collections import Counter
 
 import pytest
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -49,7 +49,8 @@ def functions_of(module):
 
 @pytest.mark.parametrize("kind", ["TRELLIS_FF", "LUT4"])
 @pytest.mark.parametrize(("counts", "added"), [
-    ([READERS // 2], 0), ([READERS // 2 + 1], 1), ([READERS, 1], 1), ([READERS + 1, READERS // 2], 2), ([2, 5 * READERS, 3], 9)])
+    ([READERS // 2], 0), ([READERS // 2 + 1], 1), ([READERS, 1], 1), ([READERS + 1, READERS // 2], 2),
+    ([2, 5 * READERS, 3], 9)])
 def test_readers_share_copies(counts, added, kind):
     module = netlist(*counts, kind=kind)
     before, functions = copy.deepcopy(module), functions_of(module)
