@@ -1,12 +1,13 @@
 """Patch queue: vertices wait for a slot, then enter patch setup."""
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
+from hw.lib.count_up_down import count_up_down
 from hw.lib.queue import Queue
 
 __all__ = ["PatchQueue"]
@@ -73,6 +74,5 @@ class PatchQueue(wiring.Component):
             m.d.sync += index.eq(index + 1)
             with m.If(index == 3):
                 m.d.sync += slot.eq(slot + 1)
-        with m.If(takes ^ self.free):
-            m.d.sync += self.waiting.eq(self.waiting + Mux(takes, 1, -1))
+        count_up_down(m, self.waiting, up=takes, down=self.free)
         return m

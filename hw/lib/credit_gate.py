@@ -1,9 +1,10 @@
 """Credit gate: bounds the items in flight behind it."""
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.count_up_down import count_up_down
 from hw.lib.validate import check_integer
 
 __all__ = ["CreditGate"]
@@ -60,6 +61,5 @@ class CreditGate(wiring.Component):
         m.d.sync += free.eq(self.i_return.valid | (free & ~(transfer & (self.level == self._credits - 1))))
         m.d.comb += [self.o.payload.eq(self.i.payload), self.o.valid.eq(self.i.valid & free),
                      self.i.ready.eq(self.o.ready & free), transfer.eq(self.o.valid & self.o.ready)]
-        with m.If(transfer ^ self.i_return.valid):
-            m.d.sync += self.level.eq(self.level + Mux(transfer, 1, -1))
+        count_up_down(m, self.level, up=transfer, down=self.i_return.valid)
         return m

@@ -5,6 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.count_up_down import count_up_down
 from hw.lib.validate import check_integer
 
 __all__ = ["Queue"]
@@ -71,6 +72,5 @@ class Queue(wiring.Component):
             m.d.sync += tail.eq(after(tail))
         with m.If(take):
             m.d.sync += head.eq(after(head))
-        with m.If(put ^ take):
-            m.d.sync += self.level.eq(self.level + Mux(put, 1, -1))
+        count_up_down(m, self.level, up=put, down=take)
         return m
