@@ -2,10 +2,10 @@
 
 from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
-from amaranth.lib.data import StructLayout
+from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.validate import check_integer
+from hw.lib.validate import check_instance, check_integer
 
 __all__ = ["TimeMultiplexer"]
 
@@ -39,14 +39,19 @@ class TimeMultiplexer(wiring.Component):
     Raises
     ------
     TypeError
-        Count or interval are no integers.
+        Count or interval are no integers, or the name is no string.
     ValueError
-        Count or interval are out of range.
+        Count or interval are out of range, or no field that is such an array has the name.
     """
 
     def __init__(self, shape, *, count: int, interval: int = 1, turned: str | None = None):
         check_integer("Count", count, minimum=2)
         check_integer("Interval", interval, minimum=1)
+        if turned is not None:
+            check_instance("Turned", turned, str)
+            field = shape.members.get(turned) if isinstance(shape, StructLayout) else None
+            if not isinstance(field, ArrayLayout) or field.length != count:
+                raise ValueError(f"Turned must be the name of an array of {count} elements, not {turned!r}")
         self._count, self._interval, self._turned = count, interval, turned
         super().__init__({
             "i": In(stream.Signature(shape, always_ready=True)),

@@ -77,3 +77,27 @@ def test_init_wrong_interval():
 def test_init_wrong_count():
     with pytest.raises(ValueError, match=r"^Count must be at least 2, not 1$"):
         TimeMultiplexer(SHAPE, count=1)
+
+
+def test_a_field_that_turns_begins_with_the_own_element_of_each_phase():
+    shape = StructLayout({"parts": ArrayLayout(8, 3), "number": 8})
+    bench = ScheduleBench(TimeMultiplexer(shape, count=3, turned="parts"), ["i"], ["o"])
+    items = [{"parts": [10 * k, 10 * k + 1, 10 * k + 2], "number": k} for k in range(1, 6)]
+    came = bench.run(Schedule(items={"i": [(2, item) for item in items]}, stalls={}))
+    assert came == {"o": [
+        {"phase": phase, "item": item | {"parts": item["parts"][phase:] + item["parts"][:phase]}}
+        for item in items for phase in range(3)]}
+
+
+@pytest.mark.parametrize("turned", ["absent", "number", "short"])
+def test_a_field_that_turns_has_an_element_for_each_phase(turned):
+    shape = StructLayout({"number": 8, "short": ArrayLayout(8, 2)})
+    with pytest.raises(ValueError, match=f"^Turned must be the name of an array of 3 elements, not '{turned}'$"):
+        TimeMultiplexer(shape, count=3, turned=turned)
+    with pytest.raises(ValueError, match=f"^Turned must be the name of an array of 3 elements, not '{turned}'$"):
+        TimeMultiplexer(8, count=3, turned=turned)
+
+
+def test_the_name_of_a_field_that_turns_is_a_string():
+    with pytest.raises(TypeError, match=r"^Turned must be a str, not 0$"):
+        TimeMultiplexer(SHAPE, count=3, turned=0)
