@@ -20,12 +20,13 @@ __all__ = ["PRESET", "SOC", "build_soc"]
 
 PRESET, NAME = "small", "soc"
 # 1024 rays and the capacities of the preset for scenes like `room1627`, with 512 resident patches, in 32 MB of SDRAM.
-# Hits have no (u, v), which form factors do not need.
+# Hits have no (u, v), which form factors do not need. Caches of 256 lines are in block RAM, those of 128 in LUTs.
+# An exported engine has all cache policies. Jobs use direct placement here, so the others have few lines and ways.
 SOC = PRESETS[PRESET].replace(NARROW | {
     "icu.rays": 1024, "icu.patch_bits": 11, "icu.uv_bits": 0, "icu.uv_guard": 0,
-    "memsys.cell_lines": 128, "memsys.patch_lines": 128, "memsys.cache_fetches": 4, "memsys.scene_cells": 4096,
-    "memsys.own_cells": 1024, "memsys.own_entries": 4096, "memsys.store_patches": 0,
-    "memory.address_bits": 25, "memory.outstanding": 8})
+    "memsys.cell_lines": 256, "memsys.patch_lines": 256, "memsys.lfu_lines": 2, "memsys.cache_ways": 2,
+    "memsys.cache_fetches": 4, "memsys.scene_cells": 4096, "memsys.own_cells": 1024, "memsys.own_entries": 4096,
+    "memsys.store_patches": 0, "memory.address_bits": 25, "memory.outstanding": 8})
 
 
 def build_soc(config: Config, folder: Path, *, litex: Path, hertz: int, baud: int, revision: str, seed: int,
