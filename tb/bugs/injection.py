@@ -139,12 +139,15 @@ def main(listed, ids, tests, whole, options, limit):
     end; the exit code is then 1.
     """
     bugs, name = read_list(listed), listed.stem
+    chosen = ids.split(",") if ids else list(bugs)
+    if unknown := [number for number in chosen if number not in bugs]:
+        raise click.UsageError(f"--ids: {listed} has no bug {', '.join(unknown)}")
     tree, commit = BUILD / name, _git("rev-parse", "--short", "HEAD")
     _reset(tree, commit)
     record = BUILD / f"{name}.json"
     state = json.loads(record.read_text()) if record.exists() else {}
     options, todo, stale, passes = ["-m", _commit_marks(tree), *options.split()], {}, [], set()
-    for number in ids.split(",") if ids else bugs:
+    for number in chosen:
         near = list(tests) or near_tests(bugs[number]["file"], tree)
         ran, known = list(dict.fromkeys([*near, *(WHOLE if whole else [])])), state.get(number)
         try:

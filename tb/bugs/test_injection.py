@@ -91,6 +91,13 @@ def test_tests_that_fail_without_a_bug_are_refused(project):
     assert "no such tests: missing.py" in run(project, GOOD, "--tests", "missing.py").output
 
 
+def test_an_id_that_is_not_in_the_list_is_named_before_anything_runs(project):
+    result = run(project, GOOD, "--ids", "minus,sign")
+    assert result.exit_code == 2
+    assert result.output.endswith("Error: --ids: list.toml has no bug sign\n")
+    assert not (project / "build").exists()
+
+
 def test_ids_differ_and_fields_are_complete(project):
     for text in GOOD.replace("order", "minus"), GOOD.replace("class", "group"):
         (project / "list.toml").write_text(text)
