@@ -20,7 +20,7 @@ from hw.package.tops import TOPS
 from hw.package.unit_latencies import unit_latencies
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS, MAGIC, VERSION
 from hw.registers.error_code import ABOUT, ErrorCode
-from hw.registers.register import WORD_BYTES, addresses
+from hw.registers.register import WORD_BYTES, Access, addresses
 
 __all__ = ["core_version", "manifest"]
 
@@ -90,11 +90,16 @@ def _program_view():
                     "image": {"magic": IMAGE_MAGIC, "version": IMAGE_VERSION},
                     "descriptor": {"version": DESCRIPTOR_VERSION}},
         "registers": [{"name": one.name, "address": offsets[one.name], "bits": one.width, "access": one.access.value,
-                       "reset": one.reset, "about": one.about, "fields": _bits(one)} for one in ENGINE_REGISTERS],
+                       **_reset(one), "about": one.about, "fields": _bits(one)} for one in ENGINE_REGISTERS],
         "policies": {one.name.lower(): one.value for one in CachePolicy},
         "errors": [{"code": one.value, "name": one.name, "about": ABOUT[one.name]} for one in ErrorCode],
         "regions": [{"bit": bit, "name": one.name, "life": one.life, "record_bytes": one.dtype.itemsize}
                     for bit, one in enumerate(REGIONS)]}
+
+
+def _reset(register):
+    """The reset value; what is only read shows a state or a constant instead."""
+    return {} if register.access is Access.READ else {"reset": register.reset}
 
 
 def _bits(register):
