@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from golden.config import PRESETS
 from hw.package.tops import TOPS
 
 __all__ = ["readme"]
@@ -11,7 +12,7 @@ _README = """\
 
 {about}.
 
-Written by `radiosity verilog --top {top} --preset {preset}` of Radiosity Engine {version}; all parameters are in
+Written by `radiosity verilog --top {top} {settings}` of Radiosity Engine {version}; all parameters are in
 `{name}.json`.
 
 | file | is |
@@ -129,11 +130,14 @@ def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_
         The core has a job for the example.
     """
     config, ports, is_engine = facts["parameters"], facts["ports"], TOPS[top].is_engine
+    usual = PRESETS[facts["preset"]].parameters()
+    changes = (f"-P {path}={value}" for path, value in config.items() if value != usual[path])
     meaning = _ENGINE.format(data=config["memory.data_bits"], address=config["memory.address_bits"]) if is_engine \
         else _STREAMS.format(page=TOPS[top].page)
     more = ", registers, error codes, counters" if is_engine else ", counters" if "counters" in facts else ""
     return _README.format(
-        top=top, name=name, about=facts["about"], preset=facts["preset"], version=facts["version"], more=more,
+        top=top, name=name, about=facts["about"], version=facts["version"], more=more,
+        settings=" ".join([f"--preset {facts['preset']}", *changes]),
         simulation=", `sim` casts the sample job" * has_job,
         files=(_ENGINE_FILES.format(name=name) + _JOB_FILES * has_job) if is_engine else "", mhz=mhz,
         clocking=_CLOCKS if TOPS[top].buses else _CLOCK, meaning=meaning,

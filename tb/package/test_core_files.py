@@ -68,6 +68,12 @@ def test_files_of_a_core(router):
             assert sum(field["width"] for field in port["fields"]) == port["width"]
 
 
+def test_the_page_has_the_command_that_writes_the_core_again(tmp_path):
+    command = ["--top", "router", "--preset", "tiny", "-P", "noc.columns=4", "-P", "noc.rows=2"]
+    files = written(tmp_path, *command)
+    assert f"\nWritten by `radiosity verilog {' '.join(command)}` of" in files["README.md"].decode()
+
+
 def test_all_constraints_are_a_clock_of_100_mhz(router):
     """A period of 10 ns for Vivado and Quartus, 100 MHz for nextpnr and in the text."""
     files = {name: content.decode() for name, content in router[1].items()}
