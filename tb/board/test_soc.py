@@ -17,11 +17,13 @@ from hw.board.ulx3s import NEXTPNR
 from hw.synthesis.family import Area
 from hw.synthesis.flow import Clock
 
-# Stands for the Python of LiteX: notes its words, and writes what LiteX does.
+# Stands for the Python of LiteX: notes its words, writes what LiteX does, and finds no packages of this environment.
 LITEX = """#!{python}
+import os
 import sys
 from pathlib import Path
 
+assert "PYTHONPATH" not in os.environ
 assert Path("ulx3s.py").exists() or sys.argv[1] == "-c"
 with open({words!r}, "a") as file:
     print(*sys.argv[1:], file=file)
@@ -36,8 +38,10 @@ if sys.argv[1] != "-c":
 
 
 @pytest.fixture
-def litex(tmp_path):
+def litex(monkeypatch, tmp_path):
     """Makes a program for ``--litex``, which notes its words in ``words``."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "packages"))
+
     def made(*, fails=False):
         program = tmp_path / "litex"
         program.write_text(LITEX.format(python=sys.executable, words=str(tmp_path / "words"), fails=fails))

@@ -10,7 +10,7 @@ from golden.icu.window_walk import ray_address, window_rays, window_tiles
 from hw.icu.window_walk import WindowWalk
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
-from tb.lib.schedules import SETTINGS, ScheduleBench, payloads, schedules
+from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads, schedules
 from tb.lib.timing import documented_latency
 
 # Of the section.
@@ -100,3 +100,17 @@ def test_every_window_tile_by_tile(tile_bits):
 
     run()
     coverage.check()
+
+
+def test_a_window_that_comes_during_a_stall_costs_no_cycle():
+    """It is loaded while the step before it waits."""
+    config = config_of({"icu.side_bits": 6})
+    walk = WindowWalk(config=config)
+    bench = ScheduleBench(walk, ["i"], ["o"], idle_limit=2 * walk.latency)
+    window = {"column_first": 0, "column_count": 1, "wrapped_count": 0, "row_first": 0, "row_count": 1}
+    items = [(idle, {"slot": 0, "threshold": 0, "window": window}) for idle in (0, 2 * walk.latency)]
+    bench.run(Schedule(items={"i": items}, stalls={"o": [6 * walk.latency]}),
+              tiles_across=-(-COLUMNS >> config.icu.tile_bits))
+    first, second = bench.cycles["o"]
+    assert first > bench.cycles["i"][1] + walk.latency, "the stall must outlast the second window's latency"
+    assert second == first + 1

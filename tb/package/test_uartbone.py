@@ -26,9 +26,9 @@ HEADERS = {
         static inline uint32_t radiosity_ev_pending_read(void) {{ return (uint32_t)csr_read_simple({PENDING}UL); }}
         static inline void sdram_dfii_control_write(uint32_t value) {{ csr_write_simple(value, {SCRATCH}UL); }}
         """,
+    # The memory's size is given to the compiler.
     "mem.h": f"""
         #define MAIN_RAM_BASE {RAM}UL
-        #define MAIN_RAM_SIZE {SIZE}UL
         #define RADIOSITY_BASE {REGISTERS}UL
         """,
     "sdram_phy.h": """
@@ -47,13 +47,15 @@ class Bridge(threading.Thread):
         Where it listens.
     replies
         Each is sent in two parts: how many there were.
+    end
+        In memory: the first byte after all that was read or written.
     """
 
     def __init__(self, machine: RegisterMachine):
         super().__init__(daemon=True)
         self._machine, self._functions = machine, ctypes.cast(machine.port, ctypes.POINTER(PortFunctions)).contents
         self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port, self.replies = self._listener.getsockname()[1], 0
+        self.port, self.replies, self.end = self._listener.getsockname()[1], 0, 0
 
     def run(self):
         """Serve one host."""
@@ -61,6 +63,8 @@ class Bridge(threading.Thread):
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             while head := requests.read(6):
                 command, words, address = struct.unpack(">BBI", head)
+                if RAM <= WORD * address < REGISTERS:
+                    self.end = max(self.end, WORD * (address + words) - RAM)
                 if command == WRITE:
                     for number, value in enumerate(struct.unpack(f">{words}I", requests.read(WORD * words))):
                         self._write(WORD * (address + number), value)
@@ -98,23 +102,49 @@ def folder(without_verilog, tmp_path) -> Path:
     (tmp_path / "generated").mkdir()
     for name, text in HEADERS.items():
         (tmp_path / "generated" / name).write_text(text)
-    assert not complaints(tmp_path, "gcc", *FLAGS, "-Idriver", "-Iexample", "-Ijob", "-isystem", ".", "-o", "host",
-                          "litex_soc/uartbone.c", "example/cast_job.c", "driver/radiosity.c")
+    compile_host(tmp_path)
     return tmp_path
 
 
-def test_a_job_is_cast_though_replies_arrive_in_parts(folder):
-    machine, job = RegisterMachine(SIZE), (folder / "job" / "job.bin").read_bytes()
+def compile_host(folder, size=SIZE):
+    """The program ``host``, for a memory of ``size`` bytes."""
+    assert not complaints(folder, "gcc", *FLAGS, f"-DMAIN_RAM_SIZE={size}UL", "-Idriver", "-Iexample", "-Ijob",
+                          "-isystem", ".", "-o", "host", "litex_soc/uartbone.c", "example/cast_job.c",
+                          "driver/radiosity.c")
+
+
+def cast_through_bridge(folder):
+    """The host has cast its job: the machine, its bridge, and how the host ended."""
+    machine = RegisterMachine(SIZE)
     bridge = Bridge(machine)
     bridge.start()
     done = subprocess.run([folder / "host", "127.0.0.1", str(bridge.port), folder / "job" / "job.bin"],
                           capture_output=True, text=True, check=False, timeout=60)
+    bridge.join(10)
+    return machine, bridge, done
+
+
+def test_a_job_is_cast_though_replies_arrive_in_parts(folder):
+    job = (folder / "job" / "job.bin").read_bytes()
+    machine, bridge, done = cast_through_bridge(folder)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.count("hit ") == 256
     assert machine.values["completed"] == 2
     assert machine.memory[len(job) - 1024:len(job)] == job[-1024:]
-    bridge.join(10)
     assert bridge.replies > len(job) // (64 * WORD)
+
+
+def test_a_job_may_fill_the_memory_and_not_a_word_more(folder):
+    end = cast_through_bridge(folder)[1].end
+    assert WORD <= end < SIZE
+    compile_host(folder, end)
+    _, bridge, done = cast_through_bridge(folder)
+    assert (done.returncode, done.stderr, bridge.end) == (0, "", end)
+    compile_host(folder, end - WORD)
+    _, bridge, done = cast_through_bridge(folder)
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: ")
+    assert bridge.end < end
 
 
 @pytest.mark.parametrize(("arguments", "code", "message"), [

@@ -65,12 +65,19 @@ def test_one_target_frequency_is_given(options, expected, monkeypatch, tmp_path)
 
 
 def test_settings_reach_the_router(tmp_path):
-    """nextpnr ignores settings that it does not know; those of router2 in its own design are the ones that it used."""
+    """nextpnr ignores settings that it does not know. In its own design are those that it used, and all that came."""
     netlist = synthesise_between_registers(SkidBuffer(2), tmp_path)
-    settings = json.loads(netlist.read_text())["modules"]["top"]["settings"]
-    flow.place_and_route(netlist, seed=1, options=("--router", "router2", "--write", "routed.json"))
-    used = json.loads((tmp_path / "routed.json").read_text())["modules"]["top"]["settings"]
-    assert used["router"] == "router2"
+    design = json.loads(netlist.read_text())
+    settings = design["modules"]["top"].pop("settings")
+    plain = tmp_path / "plain.json"
+    plain.write_text(json.dumps(design))
+
+    def used_with(given):
+        flow.place_and_route(given, seed=1, options=("--router", "router2", "--write", "routed.json"))
+        return json.loads((tmp_path / "routed.json").read_text())["modules"]["top"]["settings"]
+
+    used, own = used_with(netlist), used_with(plain)
+    assert used["router"] == own["router"] == "router2"
+    assert settings.keys() <= own.keys(), "a setting that router2 does not know"
     assert {name: used[name] for name in settings} == settings
-    defaults = {name for name in used if name.startswith("router2/")}
-    assert set(settings) < defaults
+    assert all(own[name] != value for name, value in settings.items())

@@ -67,6 +67,22 @@ class Chain(wiring.Component):
         return m
 
 
+class Bypass(wiring.Component):
+    """A wire as a unit, and a stream that goes around it."""
+
+    def __init__(self):
+        super().__init__({"i": In(stream.Signature(4)), "o": Out(stream.Signature(4)),
+                          "i_beside": In(stream.Signature(4)), "o_beside": Out(stream.Signature(4))})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.unit = unit = Wire(4)
+        wiring.connect(m, wiring.flipped(self.i), unit.i)
+        wiring.connect(m, unit.o, wiring.flipped(self.o))
+        wiring.connect(m, wiring.flipped(self.i_beside), wiring.flipped(self.o_beside))
+        return m
+
+
 def _is_wire(component):
     return isinstance(component, Wire)
 
@@ -97,6 +113,11 @@ def test_two_wires_in_a_row_are_found():
 def test_a_skid_buffer_cuts_the_path():
     found = {path.ends for path in ready_paths(Chain(is_registered=True), is_unit=_is_wire)}
     assert found == {("second.i", "o")}
+
+
+def test_a_path_around_all_units_is_found_and_one_through_a_unit_is_its_own():
+    assert {path.ends for path in ready_paths(Bypass(), is_unit=_is_wire)} == {
+        ("unit.i", "o"), ("i_beside", "o_beside")}
 
 
 def test_the_engine_without_a_skid_buffer_is_found(monkeypatch):
