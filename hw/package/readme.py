@@ -101,7 +101,7 @@ back before a register is written, and invalidate after one is read. Without the
 registers to the bus of the SoC, `m_axi_*` to a port of LiteDRAM, `irq` to an event and, with a processor, to its
 interrupts. `add_sdram` must have `l2_cache_size=0`: the engine does not see what that cache holds.
 
-`make -C litex_soc check` casts `job` in LiteX's simulator: a SoC without a processor, 64 MB of SDRAM, and a bridge,
+`make -C litex_soc check` casts `job` in LiteX's simulator: a SoC without a processor, 32 MB of SDRAM, and a bridge,
 UARTBone, through which the driver in `uartbone.c` reads and writes over TCP. It needs
 `pip install litex litedram migen pythondata-misc-tapcfg`, `verilator` on PATH, and the headers of libevent, json-c and
 zlib. `PYTHON=PATH` names the Python that has LiteX, `JOB=FOLDER` another job, and `PORT=NUMBER`, from the first run on,
