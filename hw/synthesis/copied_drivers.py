@@ -5,10 +5,10 @@ One driver in the middle of the chip reaches readers all over it after most of a
 
 from hw.synthesis.netlist import Netlist
 
-__all__ = ["READERS", "copy_drivers"]
+__all__ = ["MOST_FAN_OUT", "copy_drivers"]
 
-# Readers of one copy. More copies take more area, fewer take longer wires.
-READERS = 96
+# Of one copy. More copies take more area, with fewer the nets are longer.
+MOST_FAN_OUT = 96
 # Copies of LUTs come first: they are readers of the registers. With each type the pin of its output.
 _DRIVERS = (("LUT4", "Z"), ("TRELLIS_FF", "Q"))
 # The inputs of a multiplexer are the LUTs of its own slice.
@@ -16,7 +16,7 @@ _FIXED = ("ALUT", "BLUT")
 
 
 def copy_drivers(module: dict) -> dict[str, int]:
-    """Give registers and LUTs with more than `READERS` readers copies, which share them.
+    """Give registers and LUTs with more than `MOST_FAN_OUT` readers copies, which share them.
 
     Readers whose names follow each other, those of one unit, have the same copy. Ports of the module, the global clock
     network, and multiplexers of LUTs keep the driver itself. The function of the module is the same in every cycle.
@@ -43,7 +43,7 @@ def copy_drivers(module: dict) -> dict[str, int]:
             readers = sorted(
                 (reader, pin) for reader, pin in netlist.readers[bit]
                 if reader is not None and netlist.cells[reader]["type"] != "DCCA" and pin not in _FIXED)
-            copies = -(-len(readers) // READERS)
+            copies = -(-len(readers) // MOST_FAN_OUT)
             for number in range(1, copies):
                 cell = f"{name}_copy_{number}"
                 netlist.cells[cell] = {**driver, "connections": {**driver["connections"], output: [free]}}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from golden.errors import InputError
 
-__all__ = ["FAMILIES", "HOMELESS", "Area", "Family"]
+__all__ = ["FAMILIES", "UNMAPPED", "Area", "Family"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,9 +15,9 @@ class Area:
     Parameters
     ----------
     lut, ff, dsp, bram
-        Tables (adders and distributed memories in units of them), registers, multipliers, block RAMs.
+        LUTs, in units of which adders and distributed memories are counted too; registers; DSP blocks; block RAMs.
     folded
-        LUTs that adders absorbed: so many more the mapper's netlist has.
+        LUTs that adders absorbed: the mapper's netlist has as many more.
     """
 
     lut: int
@@ -76,16 +76,16 @@ class Family:
         return Area(lut=total(self.lut), ff=total(_each(*self.ff)), dsp=total(self.dsp), bram=total(self.bram))
 
 
-# Where the names of memories are found that no RAM of the family can hold, and that have more words than this. Others
-# become registers.
-HOMELESS, _WORDS = "homeless.memories", 128
+# The file with the names of the memories that no RAM of the family supports and that have more words than this. Smaller
+# ones become registers.
+UNMAPPED, _WORDS = "unmapped.memories", 128
 
 
 def _map(mapper):
-    """All that a command of Yosys does, as long as memories have a home."""
-    homeless = f"t:$mem_v2 r:SIZE>{_WORDS} %i"
-    return (f"{mapper} -run begin:map_ffram", f"select -write {HOMELESS} {homeless}",
-            f"select -assert-none {homeless}", f"{mapper} -run map_ffram:")
+    """All that a command of Yosys does, unless a RAM is missing for a large memory."""
+    unmapped = f"t:$mem_v2 r:SIZE>{_WORDS} %i"
+    return (f"{mapper} -run begin:map_ffram", f"select -write {UNMAPPED} {unmapped}",
+            f"select -assert-none {unmapped}", f"{mapper} -run map_ffram:")
 
 
 def _each(*cells, takes=1):

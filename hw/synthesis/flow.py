@@ -16,7 +16,7 @@ from golden.errors import InputError
 from hw.output import write_text
 from hw.synthesis.carry_folding import fold
 from hw.synthesis.copied_drivers import copy_drivers
-from hw.synthesis.family import FAMILIES, HOMELESS, Area, Family
+from hw.synthesis.family import FAMILIES, UNMAPPED, Area, Family
 from hw.synthesis.global_nets import globalise
 from hw.synthesis.hard_registers import absorb
 from hw.synthesis.near_addresses import copy_addresses
@@ -200,15 +200,15 @@ def _netlist_of_rtlil(text, folder, name, family):
 def _netlist(read, folder, name, family):
     """The netlist of the module ``top`` after the commands ``read`` of Yosys."""
     folder.mkdir(parents=True, exist_ok=True)
-    netlist, homeless = folder / f"{name}.json", folder / HOMELESS
-    homeless.unlink(missing_ok=True)
+    netlist, unmapped = folder / f"{name}.json", folder / UNMAPPED
+    unmapped.unlink(missing_ok=True)
     try:
         # Names like x[0] of parts of wires are purged: the mapper mistakes them for bits and fails.
         yosys(folder / f"{name}.yosys.log", *read, "hierarchy -top top", "proc",
               "opt_clean -purge", *family.commands, f"write_json {netlist.name}")
     except InputError:
-        if homeless.exists() and homeless.read_text():
-            names = ", ".join(homeless.read_text().replace("top/", "").split())
+        if unmapped.exists() and unmapped.read_text():
+            names = ", ".join(unmapped.read_text().replace("top/", "").split())
             raise InputError(f"report: {family.title} has no RAM with the ports of {names}") from None
         raise
     if family is FAMILIES["ecp5"]:

@@ -9,7 +9,7 @@ __all__ = ["globalise"]
 
 # The network has eight signals for pins that are no clocks, and one is the clock's. Nets with fewer sinks are routed
 # without trouble.
-NETS, READERS = 7, 800
+NETS, LEAST_FAN_OUT = 7, 800
 PINS = ("CE", "LSR")
 
 
@@ -26,7 +26,7 @@ def globalise(module: dict) -> list[str]:
     Returns
     -------
     list
-        The buffers' names, the one with the most registers first: `NETS` at most, each with `READERS` at least.
+        The buffers' names, the one with the most registers first: `NETS` at most, each with `LEAST_FAN_OUT` at least.
     """
     cells = module["cells"]
     readers = defaultdict(list)
@@ -41,7 +41,7 @@ def globalise(module: dict) -> list[str]:
     made = []
     # Of equally many the one with the lower number: the same netlist gives the same buffers.
     for bit in sorted(readers, key=lambda bit: (-len(readers[bit]), bit))[:NETS]:
-        if len(readers[bit]) < READERS:
+        if len(readers[bit]) < LEAST_FAN_OUT:
             break
         made.append(f"global_{len(made)}")
         module["netnames"][made[-1]] = {"hide_name": 0, "bits": [free], "attributes": {}}

@@ -21,7 +21,7 @@ def copy_addresses(module: dict) -> int:
     Returns
     -------
     int
-        Number of pins that no constant drives any more.
+        Number of pins that a net drives in place of a constant.
     """
     gone = 0
     for cell in module["cells"].values():

@@ -10,7 +10,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hw.synthesis import flow
-from hw.synthesis.copied_drivers import READERS, copy_drivers
+from hw.synthesis.copied_drivers import MOST_FAN_OUT, copy_drivers
 
 _D, _CLOCK = 2, 3
 _OUTPUTS = {"TRELLIS_FF": "Q", "LUT4": "Z", "DCCA": "CLKO"}
@@ -49,8 +49,8 @@ def functions_of(module):
 
 @pytest.mark.parametrize("kind", ["TRELLIS_FF", "LUT4"])
 @pytest.mark.parametrize(("counts", "added"), [
-    ([READERS // 2], 0), ([READERS // 2 + 1], 1), ([READERS, 1], 1), ([READERS + 1, READERS // 2], 2),
-    ([2, 5 * READERS, 3], 9)])
+    ([MOST_FAN_OUT // 2], 0), ([MOST_FAN_OUT // 2 + 1], 1), ([MOST_FAN_OUT, 1], 1),
+    ([MOST_FAN_OUT + 1, MOST_FAN_OUT // 2], 2), ([2, 5 * MOST_FAN_OUT, 3], 9)])
 def test_readers_share_copies(counts, added, kind):
     module = netlist(*counts, kind=kind)
     before, functions = copy.deepcopy(module), functions_of(module)
@@ -64,14 +64,14 @@ def test_readers_share_copies(counts, added, kind):
             assert now == bit or (now in drivers and after[now] == functions[bit])
     readers = Counter(bit for found in module["cells"].values() if found["type"] == "LUT4"
                       for pin in "ABCD" for bit in found["connections"][pin])
-    assert max(readers[bit] for bit in drivers) <= READERS
+    assert max(readers[bit] for bit in drivers) <= MOST_FAN_OUT
     assert module["ports"] == before["ports"], "the port has the driver itself"
     for fixed in "buffer", "multiplexer":
         assert module["cells"][fixed] == before["cells"][fixed], "and so has what is bound to its place"
 
 
 def test_neighbours_have_the_same_copy():
-    module = netlist(3 * READERS // 2)
+    module = netlist(3 * MOST_FAN_OUT // 2)
     copy_drivers(module)
     drivers = {}
     for name, found in module["cells"].items():
@@ -81,16 +81,16 @@ def test_neighbours_have_the_same_copy():
 
 
 def test_copies_of_a_lut_share_copies_of_its_register():
-    module = netlist(READERS * READERS, kind="LUT4")
+    module = netlist(MOST_FAN_OUT * MOST_FAN_OUT, kind="LUT4")
     module["cells"]["register"] = cell("TRELLIS_FF", DI=_D, CLK=_CLOCK, CE="1", Q=4)
-    assert copy_drivers(module) == {"LUT4": 2 * READERS - 1, "TRELLIS_FF": 1}
+    assert copy_drivers(module) == {"LUT4": 2 * MOST_FAN_OUT - 1, "TRELLIS_FF": 1}
 
 
 class Selected(wiring.Component):
     """A select of many multiplexers, which comes out too."""
 
     def __init__(self):
-        width = 2 * READERS + 1
+        width = 2 * MOST_FAN_OUT + 1
         super().__init__({"select": In(1), "a": In(width), "b": In(width), "o": Out(width), "o_select": Out(1)})
 
     def elaborate(self, platform):
@@ -111,4 +111,4 @@ def test_of_a_component(tmp_path):
     assert len({json.dumps(register, sort_keys=True) for register in found.values()}) == 1
     selects = Counter(bit for reader in module["cells"].values() if reader["type"] == "LUT4"
                       for bits in reader["connections"].values() for bit in bits if bit in found)
-    assert max(selects.values()) <= READERS
+    assert max(selects.values()) <= MOST_FAN_OUT

@@ -1,4 +1,4 @@
-"""Area in cells of each family: every cell is counted or known to be free, and a memory without a home is named."""
+"""Area in cells of each family: each cell is counted or known to be free; memories that no RAM supports are named."""
 
 import pytest
 from amaranth.hdl import Module, Signal, signed

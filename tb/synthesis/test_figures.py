@@ -1,4 +1,4 @@
-"""A fixed set of units takes the area and bears the clock that it did: neither more nor less."""
+"""A fixed set of units has the area and the Fmax that are recorded: neither more nor less."""
 
 from dataclasses import replace
 
@@ -14,10 +14,10 @@ from hw.report import measure
 from hw.synthesis import flow
 
 PRESET = "small"
-# What a unit may take more or less, and its clock; where that is meant, `python -m hw report ... --record` writes it
-# into the history anew.
+# The tolerance of each figure, as a share of the recorded one. `python -m hw report ... --record` records an intended
+# difference.
 SHARE = {"LUT": 0.02, "FF": 0.02, "DSP": 0, "block RAM": 0, "MHz": 0.05}
-# By family, block and unit; whether the clock is looked at too, of the first seed that was recorded.
+# By family, block and unit: whether Fmax is compared too, of the first seed that was recorded.
 RATCHET = {
     ("ecp5", "icu", "RayDirection"): True, ("ecp5", "ctu", "CellNumber"): True, ("ecp5", "icu", "SettleMap"): False,
     ("ecp5", "memsys", "CellTable"): False, ("ecp5", "noc", "Router-32-1"): False,
@@ -38,7 +38,7 @@ def departures(found, last):
 @pytest.mark.nightly
 @pytest.mark.parametrize(("family", "block", "unit"), [pytest.param(*one, id="-".join(one)) for one in RATCHET])
 def test_area_and_clock_stay(family, block, unit, tmp_path, monkeypatch):
-    # The packaged tool: that of the machine places in another way.
+    # The packaged tool: placements of an installed one differ.
     monkeypatch.setattr(flow.shutil, "which", lambda name: None)
     last = last_records(read_history())[family, PRESET, "", block, unit]
     seeds = last.seeds[:RATCHET[family, block, unit]]

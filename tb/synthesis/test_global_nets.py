@@ -9,7 +9,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hw.synthesis import flow
-from hw.synthesis.global_nets import NETS, PINS, READERS, globalise
+from hw.synthesis.global_nets import LEAST_FAN_OUT, NETS, PINS, globalise
 
 BITS = 6
 
@@ -39,8 +39,9 @@ def sources(module):
 
 
 @pytest.mark.parametrize(("counts", "promoted"), [
-    ([READERS - 1], []), ([READERS], [0]), ([3, READERS + 1, READERS, READERS + 2], [3, 1, 2]),
-    ([READERS + k for k in range(NETS + 2)], [8, 7, 6, 5, 4, 3, 2]), ([READERS] * 3, [0, 1, 2])])
+    ([LEAST_FAN_OUT - 1], []), ([LEAST_FAN_OUT], [0]),
+    ([3, LEAST_FAN_OUT + 1, LEAST_FAN_OUT, LEAST_FAN_OUT + 2], [3, 1, 2]),
+    ([LEAST_FAN_OUT + k for k in range(NETS + 2)], [8, 7, 6, 5, 4, 3, 2]), ([LEAST_FAN_OUT] * 3, [0, 1, 2])])
 def test_those_with_the_most_registers(counts, promoted):
     module = netlist(*counts)
     before = pins_of(copy.deepcopy(module))
@@ -63,7 +64,7 @@ class Enabled(wiring.Component):
         enable, held = Signal(), self.i
         m.d.comb += [enable.eq(self.enable.all()), self.o_enable.eq(enable)]
         with m.If(enable):
-            for stage in range(READERS // BITS + 1):
+            for stage in range(LEAST_FAN_OUT // BITS + 1):
                 following = Signal(BITS, name=f"held_{stage}", reset_less=True)
                 m.d.sync += following.eq(held ^ (held << 1))
                 held = following
