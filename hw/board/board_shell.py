@@ -1,4 +1,4 @@
-"""Board shell: a machine of its own, with clock and a serial line."""
+"""Board shell: an engine with main memory, a host and a serial line."""
 
 from amaranth.hdl import ClockDomain, ClockSignal, DomainRenamer, Module, ResetSignal
 from amaranth.lib import wiring

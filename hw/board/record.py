@@ -84,7 +84,7 @@ def record(job: Job) -> Program:
     """
     count, entries = len(job.descriptors), 1 << job.ring_bits
     if count > entries:
-        raise ValueError(f"The ring must have room for {count} descriptors, not for {entries}")
+        raise ValueError(f"Ring must have an entry for each of {count} descriptors, not {entries}")
     (phase,) = job.phases
     (hits,) = phase.hits
     usual = _Recorder(job, {job.ring: FrameKind.DESCRIPTORS, job.completions: FrameKind.COMPLETIONS,

@@ -25,7 +25,7 @@ BOARD = PRESETS["tiny"].replace(NARROW | {
     "memsys.cell_lines": 16, "memsys.patch_lines": 16, "memsys.cache_fetches": 2,
     "memsys.scene_cells": 128, "memsys.own_cells": 128, "memsys.own_entries": 256, "memsys.own_patches": 32,
     "memsys.bus_requests": 2, "memory.address_bits": 20, "memory.outstanding": 4})
-# Rays for each one that schedules.
+# Rays for each one of the low-density casting, by which the job is scheduled.
 RATIO = 16
 
 

@@ -57,6 +57,11 @@ class Register:
         From bit 0 on, without gaps; none: one number.
     reset
         The reset value of a WRITE register.
+
+    Raises
+    ------
+    ValueError
+        The width is out of range, or the fields do not fit.
     """
 
     name: str
@@ -69,10 +74,10 @@ class Register:
     def __post_init__(self):
         if not 1 <= self.width <= 2 * DATA_BITS:
             raise ValueError(f"Width must be from 1 to {2 * DATA_BITS}, not {self.width!r}")
-        if sum(field.width for field in self.fields) > self.width:
-            raise ValueError(f"Fields of {self.name} must have at most {self.width} bits")
+        if (bits := sum(field.width for field in self.fields)) > self.width:
+            raise ValueError(f"Fields of {self.name} must have at most {self.width} bits, not {bits}")
         if self.access in (Access.COMMAND, Access.CONTROL) and self.width > DATA_BITS:
-            raise ValueError(f"A command must have at most {DATA_BITS} bits, not {self.width!r}")
+            raise ValueError(f"Width of a command must be at most {DATA_BITS}, not {self.width!r}")
 
     @property
     def words(self) -> int:
@@ -80,7 +85,15 @@ class Register:
         return -(-self.width // DATA_BITS)
 
     def pack(self, **fields: int) -> int:
-        """The value with these fields, the others 0."""
+        """The value with these fields, the others 0.
+
+        Raises
+        ------
+        KeyError
+            There is no such field.
+        ValueError
+            A number is out of range.
+        """
         value, low, known = 0, 0, dict(fields)
         for field in self.fields:
             part = known.pop(field.name, 0)
@@ -102,11 +115,17 @@ class Register:
 
 
 def addresses(registers: Iterable[Register]) -> dict[str, int]:
-    """The address of each register's first word: one after the other from 0 on."""
+    """The address of each register's first word: one after the other from 0 on.
+
+    Raises
+    ------
+    ValueError
+        Two registers have the same name.
+    """
     found, address = {}, 0
     for register in registers:
         if register.name in found:
-            raise ValueError(f"There must be one register of a name, not two {register.name}")
+            raise ValueError(f"Names of registers must differ, not be {register.name} twice")
         found[register.name] = address
         address += WORD_BYTES * register.words
     return found

@@ -208,7 +208,7 @@ def test_a_view_larger_than_the_ray_memory_has_several_sections():
 
 
 def test_all_descriptors_fit_the_ring(view):
-    with pytest.raises(ValueError, match=r"^The ring must have room for 2 descriptors, not for 1$"):
+    with pytest.raises(ValueError, match=r"^Ring must have an entry for each of 2 descriptors, not 1$"):
         record(dataclasses.replace(view.job, ring_bits=0))
 
 

@@ -223,13 +223,13 @@ def test_registers(simulator):
 def test_what_cannot_be():
     with pytest.raises(ValueError, match="Registers must end at 16, not 28"):
         Registers(TABLE, address_bits=5)
-    with pytest.raises(ValueError, match="not two said"):
+    with pytest.raises(ValueError, match="Names of registers must differ, not be said twice"):
         addresses((TABLE[0], TABLE[0]))
     with pytest.raises(ValueError, match="Width must be from 1 to 64, not 65"):
         Register(name="a", access=Access.READ, about="", width=65)
-    with pytest.raises(ValueError, match="at most 32 bits, not 33"):
+    with pytest.raises(ValueError, match="Width of a command must be at most 32, not 33"):
         Register(name="a", access=Access.COMMAND, about="", width=33)
-    with pytest.raises(ValueError, match="at most 3 bits"):
+    with pytest.raises(ValueError, match="Fields of a must have at most 3 bits, not 4"):
         Register(name="a", access=Access.READ, about="", width=3, fields=(Field(name="b", width=4, about=""),))
     with pytest.raises(ValueError, match=r"mode\.low must be from 0 to 3, not 4"):
         TABLE[2].pack(low=4)
