@@ -1,0 +1,1 @@
+"""Bugs by hand, injected one at a time to measure the tests."""

@@ -41,8 +41,9 @@ def read_list(path: Path) -> dict[str, dict[str, str]]:
     for bug in bugs:
         if set(bug) != KEYS or not all(isinstance(value, str) for value in bug.values()):
             raise ValueError(f"Fields of a bug must be the texts {sorted(KEYS)}, not {bug!r}")
-    if len({bug["id"] for bug in bugs}) < len(bugs):
-        raise ValueError("Ids of bugs must differ")
+    ids = [bug["id"] for bug in bugs]
+    if twice := [bug_id for bug_id in ids if ids.count(bug_id) > 1]:
+        raise ValueError(f"Ids of bugs must differ, not be {twice[0]} twice")
     return {bug["id"]: bug for bug in bugs}
 
 
@@ -140,32 +141,32 @@ def main(listed, ids, tests, whole, options, limit):
     """
     bugs, name = read_list(listed), listed.stem
     chosen = ids.split(",") if ids else list(bugs)
-    if unknown := [number for number in chosen if number not in bugs]:
+    if unknown := [bug_id for bug_id in chosen if bug_id not in bugs]:
         raise click.UsageError(f"--ids: {listed} has no bug {', '.join(unknown)}")
     tree, commit = BUILD / name, _git("rev-parse", "--short", "HEAD")
     _reset(tree, commit)
     record = BUILD / f"{name}.json"
     state = json.loads(record.read_text()) if record.exists() else {}
     options, todo, stale, passes = ["-m", _commit_marks(tree), *options.split()], {}, [], set()
-    for number in chosen:
-        near = list(tests) or near_tests(bugs[number]["file"], tree)
-        ran, known = list(dict.fromkeys([*near, *(WHOLE if whole else [])])), state.get(number)
+    for bug_id in chosen:
+        near = list(tests) or near_tests(bugs[bug_id]["file"], tree)
+        ran, known = list(dict.fromkeys([*near, *(WHOLE if whole else [])])), state.get(bug_id)
         try:
-            apply(bugs[number], tree, write=False)
+            apply(bugs[bug_id], tree, write=False)
         except (ValueError, OSError) as error:
             stale.append(str(error))
             continue
         if ids or not (known and (known["by"] or known["tests"] == ran)):
-            todo[number] = ran
-    for number, ran in todo.items():
-        known = state.get(number, {})
+            todo[bug_id] = ran
+    for bug_id, ran in todo.items():
+        known = state.get(bug_id, {})
         done = known["tests"] if known.get("commit") == commit and not ids else []
         by, seconds = "", known["seconds"] if done else 0
         for group in ran[len(done):]:
-            apply(bugs[number], tree)
+            apply(bugs[bug_id], tree)
             # The compiler's cache of a function does not see changes of functions in other files that it calls.
-            is_compiled = "@compiled" in (tree / bugs[number]["file"]).read_text()
-            kernels = {"NUMBA_CACHE_DIR": str((BUILD / "kernels" / number).resolve())} if is_compiled else {}
+            is_compiled = "@compiled" in (tree / bugs[bug_id]["file"]).read_text()
+            kernels = {"NUMBA_CACHE_DIR": str((BUILD / "kernels" / bug_id).resolve())} if is_compiled else {}
             try:
                 by, spent = _run(tree, [group, *(f"--ignore={one}" for one in done)], options, limit, **kernels)
             finally:
@@ -176,13 +177,13 @@ def main(listed, ids, tests, whole, options, limit):
                 if failing := _run(tree, [killer], options, limit)[0]:
                     raise click.ClickException(f"{failing} fails without a bug")
                 passes.add(killer)
-            state[number] = {"by": by, "seconds": seconds, "tests": done, "commit": commit}
+            state[bug_id] = {"by": by, "seconds": seconds, "tests": done, "commit": commit}
             record.write_text(json.dumps(state, indent=1))
             if by:
                 break
-        click.echo(f"{number}: {f'killed by {by}' if by else 'SURVIVED'} in {seconds} s")
+        click.echo(f"{bug_id}: {f'killed by {by}' if by else 'SURVIVED'} in {seconds} s")
         page = Path("out") / "bench" / f"{name}.md"
         page.parent.mkdir(parents=True, exist_ok=True)
         page.write_text(_page(bugs, state))
     if stale:
-        raise click.ClickException("\n".join([f"{len(stale)} of {len(bugs)} bugs no longer fit:", *stale]))
+        raise click.ClickException("\n".join([f"{len(stale)} of {len(bugs)} bugs do not fit their files:", *stale]))

@@ -65,7 +65,7 @@ def test_the_tests_of_whole_machines_follow_those_near_a_bug(project):
 
 @pytest.mark.parametrize("is_compiled", [False, True])
 def test_a_bug_of_compiled_code_has_a_cache_of_its_own(project, is_compiled):
-    """The one of callers in other files would hide it."""
+    """A shared cache has the compiled callers in other files, which would hide the bug."""
     if is_compiled:
         (project / "golden/sums.py").write_text("# @compiled\ndef total(a, b):\n    return a + b\n")
     (project / "tb/golden/test_sums.py").write_text(
@@ -81,7 +81,7 @@ def test_a_text_that_is_not_in_the_file_once_is_reported_and_the_others_run(proj
     result = run(project, BUG.format(id="x", old=old, new="b") + GOOD)
     assert result.exit_code == 1
     assert "minus: killed" in result.output
-    assert "1 of 3 bugs no longer fit:\nText of bug x must be in golden/sums.py once" in result.output
+    assert "1 of 3 bugs do not fit their files:\nText of bug x must be in golden/sums.py once" in result.output
 
 
 def test_tests_that_fail_without_a_bug_are_refused(project):
@@ -101,7 +101,7 @@ def test_an_id_that_is_not_in_the_list_is_named_before_anything_runs(project):
 def test_ids_differ_and_fields_are_complete(project):
     for text in GOOD.replace("order", "minus"), GOOD.replace("class", "group"):
         (project / "list.toml").write_text(text)
-        with pytest.raises(ValueError, match=r"of (bugs must differ|a bug must be)"):
+        with pytest.raises(ValueError, match=r"of (bugs must differ, not be minus twice|a bug must be)"):
             read_list(project / "list.toml")
 
 

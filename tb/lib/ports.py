@@ -53,8 +53,8 @@ class Ports:
         self._stalls, self._intervals = stalls or {}, intervals or {}
         self._seed = options()["seed"] if seed is None else seed
         self._shapes = ports_of(component.signature)
-        self._streams = {way: [name for name in names if name not in others]
-                         for way, names in streams_of(component.signature).items()}
+        self._streams = {flow: [name for name in names if name not in others]
+                         for flow, names in streams_of(component.signature).items()}
         self.payloads = {name: payload_shape(component.signature, name)
                           for names in self._streams.values() for name in names}
         self._responders = ()

@@ -120,8 +120,8 @@ class ScheduleBench:
         self._component, self._idle_limit, self._watchdog = component, idle_limit, watchdog
         known = streams_of(component.signature)
         self._inputs, self._outputs = (
-            {name: _Stream(component, name) for name in (known[way] if names is None else names)}
-            for way, names in ((In, inputs), (Out, outputs)))
+            {name: _Stream(component, name) for name in (known[flow] if names is None else names)}
+            for flow, names in ((In, inputs), (Out, outputs)))
         self._schedule, self._ports, self._responders, self.came, self.cycles = None, None, (), {}, {}
         self._watched, self.history = {name: Value.cast(getattr(component, name)) for name in watched}, {}
         # A component may have no clock, the bench has one. What is given and what is seen are one signal each: the

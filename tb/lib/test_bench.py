@@ -1,4 +1,4 @@
-"""A declared bench notices what each of its regimes is for."""
+"""A declared testbench notices what each of its regimes is for."""
 
 import re
 
@@ -72,10 +72,10 @@ class TestDoubled(DoubledBench):
     simulators = SIMULATORS[1:]
 
 
-@pytest.mark.parametrize(("fault", "said"), [
+@pytest.mark.parametrize(("fault", "message"), [
     ("result", "item 77 of 100: o is 155, not 154"), ("latency", "assert"), ("stall", "o: an offer must stay")])
-def test_faults_are_noticed_in_amaranth(fault, said):
-    with pytest.raises(AssertionError, match=f"^{re.escape(said)}"):
+def test_faults_are_noticed_in_amaranth(fault, message):
+    with pytest.raises(AssertionError, match=f"^{re.escape(message)}"):
         FaultyBench(fault).test_in_amaranth({})
 
 

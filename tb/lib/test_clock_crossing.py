@@ -83,7 +83,7 @@ class Crossing:
         return self
 
     def simulate(self, bench, pattern):
-        """Run a bench of the source while the sink takes items."""
+        """Run a testbench of the source while the sink takes items."""
         async def take(ctx):
             await self.sink(ctx, pattern)
         self.simulator.add_testbench(bench)

@@ -110,17 +110,17 @@ def broken_queue(**faults):
     return NegativeControl(Queue(SHAPE, depth=3), faults)
 
 
-@pytest.mark.parametrize(("component", "said"), [
+@pytest.mark.parametrize(("component", "message"), [
     (broken_queue(o__valid=lambda dut: dut.o.valid & ~dut.i.valid), "o: an offer must stay until it is accepted"),
     (broken_queue(o__payload=lambda dut: dut.o.payload.as_value() ^ dut.i.valid),
      "o: an offer must not change until it is accepted"),
     # Inside it takes the same item for ever.
     (broken_queue(i__ready=lambda dut: 0), "the run does not end within 3000 cycles"),
     (Refuses(), r"items were never accepted: \{'i': 2\}")], ids=["withdrawn", "changed", "endless", "refused"])
-def test_faults_are_named(component, said):
+def test_faults_are_named(component, message):
     bench = ScheduleBench(component, ["i"], ["o"])
     schedule = Schedule(items={"i": [(0, ZERO), (2, ZERO)]}, stalls={"o": [8]})
-    with pytest.raises(AssertionError, match=f"^{said}"):
+    with pytest.raises(AssertionError, match=f"^{message}"):
         bench.run(schedule)
 
 

@@ -1,0 +1,1 @@
+"""Testbenches of the memory system, and the models of memory and network around it."""

@@ -1,4 +1,4 @@
-"""The bench of clusters' memory systems: a scene's tables, cells that come, and what golden says of the patches."""
+"""The testbench of clusters' memory systems: a scene's tables, cells that come, and what golden says of the patches."""
 
 import json
 import random
@@ -251,7 +251,7 @@ class Bench:
         return PathFault(found["code"]), found["number"]
 
     def again(self, **given):
-        """A bench like this one, stopped, with what stays of its surroundings."""
+        """A testbench like this one, stopped, with what stays of its surroundings."""
         self.stop()
         return type(self)(self.dut, stores=self.stores, **given)
 

@@ -1,4 +1,4 @@
-"""Bench of a placement: requests in, lines out, as golden has them, with starts in between."""
+"""Testbench of a placement: requests in, lines out, as golden has them, with starts in between."""
 
 import random
 

@@ -23,7 +23,7 @@ MODULE = "tb.memsys.test_cache"
 STREAMS = ["i_invalidate", "i", "o", "o_fetch"]
 CASES = ("access_by_access", "records_come_in_any_order", "one_hit_per_cycle", "misses_overlap", "reset_in_flight",
          "invalidations_at_any_time")
-# Both a record of one beat and one of several, few fetches and many; tags run out in the middle of a bench.
+# Both a record of one beat and one of several, few fetches and many; tags run out in the middle of a testbench.
 SIZES = {
     "small": {"lines": 8, "beats": 1, "key": 6, "tag": 3, "memsys.cache_ways": 2, "memsys.lfu_lines": 4,
               "memsys.lfu_count_bits": 2, "memsys.cache_generation_bits": 2, "memsys.cache_fetches": 2},

@@ -26,10 +26,11 @@ RANGES = (("cells", "pointer", "count", "patch_lists"), ("clusters", "first_subs
 NONE = (1 << 32) - 1
 
 
-def faults(region, records, tables=None, *, pauses=0.0):
+def faults(region, records, tables=None, *, stalls=0.0):
     """Of each word; the tables that the records point into have so many records, or as many as can be.
 
-    In that share of the cycles no word is given, and in that share none is taken; what is then at the input is drawn.
+    In the share ``stalls`` of the cycles no word is offered, and in as many none is accepted. Without an offer the
+    payload is drawn.
     """
     dut, found, rng = TableCheck(config=CONFIG, tag=1), [], random.Random(len(records))
     words = [(number, word, low | high << 32) for number, record in enumerate(records)
@@ -40,9 +41,9 @@ def faults(region, records, tables=None, *, pauses=0.0):
         left, given = words[::-1], False
         ctx.set(dut.limit, (1 << 32) - 1)
         while len(found) < len(words):
-            given = bool(left) and (given or rng.random() >= pauses)
+            given = bool(left) and (given or rng.random() >= stalls)
             record, word, data = left[-1] if given else (rng.getrandbits(20), rng.getrandbits(2), rng.getrandbits(64))
-            ctx.set(dut.o.ready, rng.random() >= pauses)
+            ctx.set(dut.o.ready, rng.random() >= stalls)
             ctx.set(dut.i.valid, given)
             ctx.set(dut.i.payload.item, {"region": RegionNumber[region], "record": record, "word": word, "data": data})
             if tables is not None:
@@ -68,14 +69,14 @@ def shell(rows, columns, first_ray):
     return [5, 7, 1 << 31, 1 << 31, 0, rows, 0, columns, first_ray, 0]
 
 
-@pytest.mark.parametrize("pauses", [0.0, 0.5])
-def test_grid_rays_of_shells(pauses):
+@pytest.mark.parametrize("stalls", [0.0, 0.5])
+def test_grid_rays_of_shells(stalls):
     """Words of a record may come apart from each other and stall."""
     sizes = {(SIDE - 1, 1, 0): True, (SIDE, 1, 0): False, (1, SIDE - 1, 0): True, (1, SIDE, 0): False,
              (1 << 31, 0, 0): False, (0, 1 << 31, 0): False, (1024, RAYS >> 10, 0): True,
              (1024, RAYS >> 10, 1): False, (1023, RAYS >> 10, 1024): True, (1023, RAYS >> 10, 1025): False,
              (0, 0, RAYS): True, (0, 0, RAYS + 1): False, (1, 1, (1 << 32) - 1): False, (3, 5, 0): True}
-    for size, found in zip(sizes, faults("SHELLS", [shell(*size) for size in sizes], pauses=pauses), strict=True):
+    for size, found in zip(sizes, faults("SHELLS", [shell(*size) for size in sizes], stalls=stalls), strict=True):
         assert found == [Fault.NONE] * 4 + [Fault.NONE if sizes[size] else Fault.SIZE], size
 
 

@@ -1,1 +1,1 @@
-"""Benches of the whole machine."""
+"""Testbenches of the whole machine."""

@@ -85,11 +85,11 @@ def ready_paths(component: wiring.Component, *, is_unit: Callable = is_unit) -> 
 
 
 def _pins(component):
-    """The ports of a component, as Amaranth wants them."""
+    """The ports of a component, with directions, as Amaranth's conversion takes them."""
     for names, member, value in component.signature.flatten(component):
         if not isinstance(value, Const):
-            way = PortDirection.Input if member.flow is In else PortDirection.Output
-            yield "__".join(map(str, names)), Value.cast(value), way
+            direction = PortDirection.Input if member.flow is In else PortDirection.Output
+            yield "__".join(map(str, names)), Value.cast(value), direction
 
 
 def _readies(netlist, component, *, receives) -> Iterator[tuple]:

@@ -18,7 +18,7 @@ from tb.docs.structure import component_classes
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})
 FOLDERS = ("lib", "control", "memsys", "ctu", "icu", "noc")
 GIVEN = {"config": CONFIG, "tag": unsigned(4), "shape": unsigned(7)}
-# Their simulation takes seconds; they have benches with stalls, and most of their parts are below.
+# Their simulation takes seconds; they have testbenches with stalls, and most of their parts are below.
 LARGE = {"MemorySystem", "IntersectionUnit", "TraversalUnit", "CellTraversal", "RayTraversal", "SubshellGenerator",
          "CtRayGenerator", "PatchNetwork", "SystemBusInterface", "PatchSetup", "SphericalCoordinates", "Sbb",
          "SubshellWindows", "UvSubdivision", "UvAlignment", "TraversalStart", "PlaneFactor"}

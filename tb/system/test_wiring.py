@@ -208,7 +208,7 @@ def _pairs(text):
 
 
 class Wiring:
-    """A component around blocks that do nothing, and what is said of its ports.
+    """A component around blocks that do nothing, and what its tables state of its ports.
 
     Members
     -------
@@ -239,16 +239,16 @@ class Wiring:
     def lines(self, streams, handshakes, lines, buses=()):
         """What each sink reads."""
         whole, partly = _pairs(streams), _pairs(handshakes)
-        said = {f"{there}.payload": f"{here}.payload" for here, there in whole}
+        stated = {f"{there}.payload": f"{here}.payload" for here, there in whole}
         for here, there in whole + partly:
-            said |= {f"{there}.valid": f"{here}.valid", f"{here}.ready": f"{there}.ready"}
+            stated |= {f"{there}.valid": f"{here}.valid", f"{here}.ready": f"{there}.ready"}
         # Streams that are always ready, or without data, have no such port.
-        said = {sink: source for sink, source in said.items() if sink in self.sinks}
+        stated = {sink: source for sink, source in stated.items() if sink in self.sinks}
         for here, there in buses:
             for ours, theirs in (here, there), (there, here):
-                said |= {name: theirs + name.removeprefix(ours) for name in self.sinks if name.startswith(f"{ours}.")}
-        assert not said.keys() & lines.keys()
-        return said | lines
+                stated |= {name: theirs + name.removeprefix(ours) for name in self.sinks if name.startswith(f"{ours}.")}
+        assert not stated.keys() & lines.keys()
+        return stated | lines
 
     def unsaid(self, lines):
         """Sinks of which the lines do not say all bits."""
