@@ -24,9 +24,9 @@ WAIVERS = {
     "CASEINCOMPLETE": "where no case holds a default was assigned before",
     "CMPCONST": "limits that a configuration makes as large as the type",
     "DECLFILENAME": "one file has all modules",
-    "PROCASSINIT": "registers begin with a value and are assigned at the clock: what FPGAs do",
+    "PROCASSINIT": "registers have an initial value and are assigned at the clock edge, as in FPGAs",
     "UNSIGNED": "limits that a configuration makes 0",
-    "UNUSEDSIGNAL": "parts of structures that a module does not look at",
+    "UNUSEDSIGNAL": "parts of structures that a module does not read",
     "WIDTHEXPAND": "operands are extended to the width of the result",
     "WIDTHTRUNC": "a vector is compared with 0",
 }

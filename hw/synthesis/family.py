@@ -58,17 +58,17 @@ class Family:
     has_clock: bool = False
 
     def area(self, cells: dict[str, int]) -> Area:
-        """Of so many cells of each type.
+        """The area of a netlist, from its number of cells of each type.
 
         Raises
         ------
         InputError
-            A cell has no entry that says how it is counted.
+            It is not known how a cell is counted.
         """
         for cell in cells:
             if not (cell in self.free or cell in self.ff or any(cell in takes for takes in (
                     self.lut, self.dsp, self.bram)) or cell == "$scopeinfo"):
-                raise InputError(f"report: {self.title}: nothing says what a cell {cell} takes")
+                raise InputError(f"report: Cells for {self.title} must be of a type that is counted, not {cell}")
 
         def total(takes):
             return math.ceil(sum(count * takes.get(cell, 0) for cell, count in cells.items()))

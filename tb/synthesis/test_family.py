@@ -49,7 +49,7 @@ def test_cells_are_counted_in_units():
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_an_unknown_cell_is_an_error(family):
-    with pytest.raises(InputError, match=r"nothing says what a cell NEW takes"):
+    with pytest.raises(InputError, match=r"Cells for .* must be of a type that is counted, not NEW"):
         FAMILIES[family].area({"NEW": 1})
 
 
