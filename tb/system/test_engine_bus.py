@@ -40,6 +40,9 @@ WATCHDOG, RESUME, TIMEOUT = 30_000, 10_000, 100_000
 # Attempts until the machine has recovered: late replies are outstanding for three time-outs.
 ATTEMPTS = 20
 FAULTS = 300
+# Numbers of the faults of each run. A fault that no burst of the job can have does not count: some more are drawn.
+CHOSEN = [int(number) for number in os.environ.get("FAULTS", "").split(",") if number]
+PARTS = [CHOSEN] if CHOSEN else [[*range(first, first + 55)] for first in range(0, FAULTS + FAULTS // 10, 55)]
 # The memory of a third party begins at 0, ours beyond 2^32.
 LOW, HIGH = 0x4000, 0x1_0000_4000
 
@@ -286,9 +289,9 @@ async def injected_faults(dut):
     assert struck >= options()["least"], f"{struck} faults have been injected"
 
 
-def run(tests, *, clusters=2, **given):
-    changes = SMALL | {"noc.columns": clusters}
-    simulate(engine_verilog(config_of(changes)), MODULE, tests, name=f"engine-bus-{clusters}", changes=changes,
+def run(tests, **given):
+    changes = SMALL | {"noc.columns": 2}
+    simulate(engine_verilog(config_of(changes)), MODULE, tests, changes=changes,
              visible=("clk", "rst", "host__*", "axi__*"), **{"cycles": 3_000_000} | given)
 
 
@@ -298,8 +301,7 @@ def test_third_parties_and_resets():
 
 
 @pytest.mark.nightly
-def test_injected_faults():
-    chosen = os.environ.get("FAULTS")
-    # A fault that no burst of the job can have does not count: some more are drawn.
-    numbers = [int(number) for number in chosen.split(",")] if chosen else list(range(FAULTS + FAULTS // 10))
-    run(("injected_faults",), cycles=600_000 * len(numbers) + 10 ** 6, faults=numbers, least=0 if chosen else FAULTS)
+@pytest.mark.parametrize("numbers", PARTS, ids=lambda numbers: f"from-{numbers[0]}")
+def test_injected_faults(numbers):
+    run(("injected_faults",), cycles=600_000 * len(numbers) + 10 ** 6, faults=numbers,
+        least=0 if CHOSEN else FAULTS // len(PARTS))
