@@ -29,8 +29,8 @@ class PatchSetup(wiring.Component):
 
     ::
 
-        PatchQueue - G2rTransform - VertexDirection -+- VertexGather -+- EdgePlanes ----------------.
-                                                     |                 '- PlaneFactor ------------.  |
+        PatchQueue - G2rTransform - VertexDirection -+- VertexGather - EdgePlanes -----------------.
+                                                     +- VertexGather - PlaneFactor ------------.   |
                                                      '- SphericalCoordinates - VertexGather - Sbb or Ipbb
                                                                                    |        |
                                                           InverseDistanceBound ----'   SectionClip
@@ -85,8 +85,10 @@ class PatchSetup(wiring.Component):
             "free": In(1), "waiting": Out(range(config.icu.slots + 1)), "frustum": In(formats.frustum)})
         self._queue, self._transform = PatchQueue(config=config), G2rTransform(config=config)
         self._direction, self._coordinates = VertexDirection(config=config), SphericalCoordinates(config=config)
+        # Two, because what they hold is needed in distant places.
+        self._directions = VertexGather(config=config, shape=formats.vertex_vector)
         self._vertices = VertexGather(config=config, shape=StructLayout({
-            "vertex": formats.vector_vector, "direction": formats.vertex_vector, "exponent": formats.vertex_exponent}))
+            "vertex": formats.vector_vector, "exponent": formats.vertex_exponent}))
         self._seen = VertexGather(config=config, shape=StructLayout({
             "first": formats.coordinate, "second": formats.coordinate, "front": 1}))
         self._planes, self._factor = EdgePlanes(config=config), PlaneFactor(config=config)
@@ -96,7 +98,7 @@ class PatchSetup(wiring.Component):
         # A register behind the plane factor, whose sinks are far from it and from each other.
         factor = before + self._vertices.latency + self._factor.latency + 1
         seen = before + self._coordinates.latency + self._seen.latency
-        if before + self._vertices.latency + self._planes.latency >= seen or seen + self._ipbb.latency >= factor \
+        if before + self._directions.latency + self._planes.latency >= seen or seen + self._ipbb.latency >= factor \
                 or seen + self._sbb.latency + self._clip.latency >= factor + self._bound.latency:
             raise ValueError("Latencies must be such that planes come before coordinates, a screen's window before the "
                              "plane factor, and the clipped window before the bound")
@@ -107,7 +109,8 @@ class PatchSetup(wiring.Component):
         formats, slots = self._formats, self._config.icu.slots
         m.submodules.queue, m.submodules.transform = queue, transform = self._queue, self._transform
         m.submodules.direction, m.submodules.coordinates = direction, coordinates = self._direction, self._coordinates
-        m.submodules.vertices, m.submodules.seen = vertices, seen = self._vertices, self._seen
+        m.submodules.directions, m.submodules.vertices = directions, vertices = self._directions, self._vertices
+        m.submodules.seen = seen = self._seen
         m.submodules.planes, m.submodules.factor = planes, factor = self._planes, self._factor
         m.submodules.sbb, m.submodules.ipbb, m.submodules.clip = sbb, ipbb, clip = self._sbb, self._ipbb, self._clip
         m.submodules.bound = bound = self._bound
@@ -135,16 +138,19 @@ class PatchSetup(wiring.Component):
         connect_fields(m, coordinates.i, direction.o, slot=seen_from.slot, index=seen_from.index,
                        direction=seen_from.direction)
         vertex = vertices.i.payload.item
+        connect_fields(m, directions.i, direction.o, slot=seen_from.slot, index=seen_from.index,
+                       item=seen_from.direction)
         connect_fields(m, vertices.i, direction.o, slot=seen_from.slot, index=seen_from.index)
-        m.d.comb += [vertex[name].eq(seen_from[name]) for name in ("vertex", "direction", "exponent")]
+        m.d.comb += [vertex[name].eq(seen_from[name]) for name in ("vertex", "exponent")]
         spherical, coordinate = coordinates.o.payload, seen.i.payload.item
         connect_fields(m, seen.i, coordinates.o, slot=spherical.slot, index=spherical.index)
         m.d.comb += [coordinate[name].eq(spherical[name]) for name in ("first", "second", "front")]
 
+        connect_fields(m, planes.i, directions.o, slot=directions.o.payload.slot,
+                       directions=directions.o.payload.items)
         patch = vertices.o.payload
-        for block, name, field in ((planes, "directions", "direction"), (factor, "vertices", "vertex")):
-            connect_fields(m, block.i, vertices.o, slot=patch.slot)
-            m.d.comb += [block.i.payload[name][k].eq(patch.items[k][field]) for k in range(4)]
+        connect_fields(m, factor.i, vertices.o, slot=patch.slot)
+        m.d.comb += [factor.i.payload.vertices[k].eq(patch.items[k].vertex) for k in range(4)]
         if self._config.icu.uv_bits:
             connect_fields(m, self.o_exponents, vertices.o, slot=patch.slot)
             m.d.comb += [self.o_exponents.payload.part[k].eq(patch.items[k].exponent) for k in range(4)]

@@ -297,7 +297,8 @@ class Pipeline:
         value = Value.cast(value)
         memory = Memory(shape=len(value), depth=depth, init=[], attrs={"ram_style": "distributed"})
         write, read = memory.write_port(), memory.read_port(domain="comb")
-        index = Signal(range(depth))
+        # Where it begins does not matter. A reset, which few registers of a counter can share, would be logic.
+        index = Signal(range(depth), reset_less=True)
         m.submodules += memory
         m.d.comb += [write.addr.eq(index), write.data.eq(value), read.addr.eq(index),
                      write.en.eq(self._advance if self._stalls else 1)]

@@ -73,7 +73,8 @@ class TimeMultiplexer(wiring.Component):
                 m.d.sync += runs.eq(0)
             with m.Else():
                 m.d.sync += phase.eq(phase + 1)
-                if self._turned is not None:
-                    parts = item[self._turned]
-                    m.d.sync += [parts[k].eq(parts[(k + 1) % self._count]) for k in range(self._count)]
+            if self._turned is not None:
+                # Also without an item: with an interval of 1 the registers then have no enable.
+                parts = item[self._turned]
+                m.d.sync += [parts[k].eq(parts[(k + 1) % self._count]) for k in range(self._count)]
         return m

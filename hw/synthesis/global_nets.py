@@ -11,12 +11,17 @@ __all__ = ["globalise"]
 # without trouble.
 NETS, LEAST_FAN_OUT = 7, 800
 PINS = ("CE", "LSR")
+# Beside the buffers in the middle of an ECP5-85's left edge: nextpnr chooses the buffer that is nearest to a register
+# with a place, and routes the net between them first, by the number of its switches, not by their delay.
+_ANCHORS = tuple(f"X6/Y{45 - number}/SLICEA.FF0" for number in range(NETS))
 
 
 def globalise(module: dict) -> list[str]:
     """Give the signals that enable or reset the most registers a clock buffer (``DCCA``) to these pins.
 
-    Their other sinks stay. The function of the module is the same.
+    Their other sinks stay. Where the signal comes from a register behind another one, as of a reset, a copy of the
+    register drives the buffer from beside it, and the net between both registers has the delay of the distance. The
+    function of the module is the same.
 
     Parameters
     ----------
@@ -29,9 +34,10 @@ def globalise(module: dict) -> list[str]:
         The buffers' names, the one with the most registers first: `NETS` at most, each with `LEAST_FAN_OUT` at least.
     """
     cells = module["cells"]
-    readers = defaultdict(list)
-    for cell in cells.values():
+    readers, registers = defaultdict(list), {}
+    for name, cell in cells.items():
         if cell["type"] == "TRELLIS_FF":
+            registers[cell["connections"]["Q"][0]] = name
             for pin in PINS:
                 for bit in cell["connections"].get(pin, []):
                     # Constants are texts.
@@ -43,11 +49,19 @@ def globalise(module: dict) -> list[str]:
     for bit in sorted(readers, key=lambda bit: (-len(readers[bit]), bit))[:NETS]:
         if len(readers[bit]) < LEAST_FAN_OUT:
             break
+        source = bit
+        register = cells.get(registers.get(bit))
+        if register and register["connections"]["DI"][0] in registers:
+            anchored = f"{registers[bit]}_at_buffer"
+            cells[anchored] = {**register, "attributes": {**register["attributes"], "BEL": _ANCHORS[len(made)]},
+                               "connections": {**register["connections"], "Q": [free]}}
+            module["netnames"][anchored] = {"hide_name": 0, "bits": [free], "attributes": {}}
+            source, free = free, free + 1
         made.append(f"global_{len(made)}")
         module["netnames"][made[-1]] = {"hide_name": 0, "bits": [free], "attributes": {}}
         cells[made[-1]] = {
             "hide_name": 0, "type": "DCCA", "parameters": {}, "attributes": {},
-            "port_directions": {"CLKI": "input", "CLKO": "output"}, "connections": {"CLKI": [bit], "CLKO": [free]}}
+            "port_directions": {"CLKI": "input", "CLKO": "output"}, "connections": {"CLKI": [source], "CLKO": [free]}}
         for cell, pin in readers[bit]:
             cell["connections"][pin] = [free]
         free += 1

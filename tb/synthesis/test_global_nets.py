@@ -20,9 +20,10 @@ def netlist(*counts):
     for number, count in enumerate(counts):
         for _ in range(count):
             cells[f"register_{bits}"] = {
-                "type": "TRELLIS_FF", "connections": {"DI": [bits], PINS[number % 2]: [number], "CLK": [99],
-                                                      PINS[1 - number % 2]: ["0"]}}
-            bits += 1
+                "type": "TRELLIS_FF", "attributes": {}, "connections": {
+                    "DI": [bits], "Q": [bits + 1], "CLK": [99],
+                    PINS[number % 2]: [number], PINS[1 - number % 2]: ["0"]}}
+            bits += 2
     return {"cells": cells, "netnames": {"all": {"bits": list(range(bits))}}}
 
 
@@ -51,6 +52,46 @@ def test_those_with_the_most_registers(counts, promoted):
     # Their own nets, and no other's.
     made = [cell["connections"]["CLKO"][0] for cell in module["cells"].values() if cell["type"] == "DCCA"]
     assert len(set(made) - set(netlist(*counts)["netnames"]["all"]["bits"])) == len(made)
+
+
+def driven_by_registers(*behind):
+    """`netlist` with a reset for each of ``behind``: of a register behind another register, or else behind a LUT."""
+    module = netlist(*(LEAST_FAN_OUT + number for number in reversed(range(len(behind)))))
+    for number, is_register in enumerate(behind):
+        source = 10 + number
+        pins = {"DI": [20 + number], "CLK": [99], "CE": ["1"], "LSR": [98]}
+        module["cells"][f"driver_{number}"] = {"type": "TRELLIS_FF", "attributes": {"src": "reset"},
+                                               "connections": {**pins, "DI": [source], "Q": [number]}}
+        module["cells"][f"source_{number}"] = {
+            "type": "TRELLIS_FF", "attributes": {}, "connections": {**pins, "Q": [source]}} if is_register else {
+            "type": "LUT4", "connections": {"Z": [source]}}
+    return module
+
+
+def test_a_register_behind_another_one_drives_its_buffer_from_beside_it():
+    module = driven_by_registers(True, False, True)
+    before, names = pins_of(copy.deepcopy(module)), set(module["cells"])
+    globalise(module)
+    assert set(module["cells"]) - names == {"driver_0_at_buffer", "driver_2_at_buffer", *(
+        f"global_{number}" for number in range(3))}
+    anchored = [module["cells"][f"driver_{number}_at_buffer"] for number in (0, 2)]
+    drivers = [module["cells"][f"driver_{number}"] for number in (0, 2)]
+    assert sources(module) == [anchored[0]["connections"]["Q"][0], 1, anchored[1]["connections"]["Q"][0]]
+    for one, driver in zip(anchored, drivers, strict=True):
+        assert {**one["connections"], "Q": driver["connections"]["Q"]} == driver["connections"]
+        assert one["attributes"].pop("BEL").endswith(".FF0")
+        assert one["attributes"] == driver["attributes"] == {"src": "reset"}
+    copies = {one["connections"]["Q"][0]: driver["connections"]["Q"][0]
+              for one, driver in zip(anchored, drivers, strict=True)}
+    after = {name: [copies.get(bit, bit) for bit in bits] for name, bits in pins_of(module).items() if name in names}
+    assert after == before
+
+
+def test_no_two_registers_have_one_place():
+    module = driven_by_registers(*[True] * NETS)
+    globalise(module)
+    places = [cell["attributes"]["BEL"] for name, cell in module["cells"].items() if name.endswith("_at_buffer")]
+    assert len(set(places)) == len(places) == NETS
 
 
 class Enabled(wiring.Component):
