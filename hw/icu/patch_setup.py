@@ -114,16 +114,7 @@ class PatchSetup(wiring.Component):
         m.submodules.planes, m.submodules.factor = planes, factor = self._planes, self._factor
         m.submodules.sbb, m.submodules.ipbb, m.submodules.clip = sbb, ipbb, clip = self._sbb, self._ipbb, self._clip
         m.submodules.bound = bound = self._bound
-        # A register for the routing delay: the first vertex of a frustum arrives later.
-        frustum = Signal(formats.frustum, reset_less=True)
-        m.d.sync += frustum.eq(self.frustum)
-        for block in (transform, sbb, ipbb, clip, bound):
-            m.d.comb += block.frustum.eq(frustum)
-        # A high-fanout bit with distant sinks: each register takes it from the one before.
-        early, screen, late = (Signal(name=f"is_screen_{name}") for name in ("coordinates", "window", "bound"))
-        m.d.sync += [early.eq(frustum.is_screen), screen.eq(early), late.eq(screen)]
-        m.d.comb += [coordinates.is_screen.eq(early), clip.frustum.is_screen.eq(screen),
-                     bound.frustum.is_screen.eq(late)]
+        frustum, screen = self._add_frustum(m)
         for block in (sbb, bound):
             m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]
 
@@ -208,3 +199,17 @@ class PatchSetup(wiring.Component):
         with m.If(is_unseen.any()):
             m.d.comb += ready.i.payload.window.eq(0)
         return m
+
+    def _add_frustum(self, m):
+        """Connects the frustum to all blocks: it, and whether it is a screen where windows are."""
+        # A register for the routing delay: the first vertex of a frustum arrives later.
+        frustum = Signal(self._formats.frustum, reset_less=True)
+        m.d.sync += frustum.eq(self.frustum)
+        for block in (self._transform, self._sbb, self._ipbb, self._clip, self._bound):
+            m.d.comb += block.frustum.eq(frustum)
+        # A high-fanout bit with distant sinks: each register takes it from the one before.
+        early, screen, late = (Signal(name=f"is_screen_{name}") for name in ("coordinates", "window", "bound"))
+        m.d.sync += [early.eq(frustum.is_screen), screen.eq(early), late.eq(screen)]
+        m.d.comb += [self._coordinates.is_screen.eq(early), self._clip.frustum.is_screen.eq(screen),
+                     self._bound.frustum.is_screen.eq(late)]
+        return frustum, screen
