@@ -65,6 +65,6 @@ test_bypass = declare(
     controls={
         "is ready only when its sink is": Control("ready", {"i__ready": lambda dut: dut.i.ready & dut.o.ready}),
         "promises too much": Control("next", {"ready_next": lambda dut: dut.ready_next | ~dut.o.ready}),
-        "passes another item": Control("order", {"o__payload": lambda dut: dut.o.payload ^ dut.i.ready}),
+        "passes another item": Control("order", {"o__payload": lambda dut: Value.cast(dut.o.payload) ^ dut.i.ready}),
         "offers only what waits": Control("valid", {"o__valid": lambda dut: dut.o.valid & ~dut.i.ready}),
     })
