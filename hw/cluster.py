@@ -216,10 +216,9 @@ class Cluster(wiring.Component):
         """The section, its frustum and the near cells."""
         memory, intersection, traversal = self._memory, self._intersection, self._traversal
         word, given, numbers = slot.i, slot.o.payload, slot.o.payload.numbers
-        # Registered: the slot decodes each word for hundreds of registers.
-        m.d.sync += [word.valid.eq(self.i_job.valid & (self.i_job.payload.cluster == self.number)),
-                     word.payload.eq(self.i_job.payload)]
         m.d.comb += [
+            word.valid.eq(self.i_job.valid & (self.i_job.payload.cluster == self.number)),
+            word.payload.eq(self.i_job.payload),
             slot.free.eq(control.free), self.requests.eq(slot.requests),
             control.i.valid.eq(slot.o.valid), control.i.payload.eq(given.section), slot.o.ready.eq(control.i.ready)]
         frustum = Signal(self._formats.frustum)

@@ -41,12 +41,12 @@ class FrustumSlot(wiring.Component):
 
     Timing
     ------
-    Latency: ``1`` cycle from the last word to the section, 0 of near cells. One word per cycle.
+    Latency: ``2`` cycles from the last word to the section, 1 of near cells. One word per cycle.
 
     Golden counterpart: `golden.jobs.descriptor`.
     """
 
-    latency = 1
+    latency = 2
 
     def __init__(self, *, config: Config):
         self._config, self._formats = config, JobFormats(config)
@@ -57,7 +57,12 @@ class FrustumSlot(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        word, slot, bank = self.i.payload, self.o.payload, Signal()
+        slot, bank = self.o.payload, Signal()
+        # Registered and decoded: a word has hundreds of registers.
+        word, valid = Signal.like(self.i.payload, reset_less=True), Signal()
+        chosen = Signal(NEAR_INDEX + 1)
+        m.d.sync += [word.eq(self.i.payload), valid.eq(self.i.valid),
+                     *(bit.eq(self.i.valid & (self.i.payload.index == index)) for index, bit in enumerate(chosen))]
         requested, address = Signal(), Signal(self._config.ctu.near_cell_bits - 1)
         held = Signal.like(slot)
         m.d.comb += [slot.eq(held), slot.bank.eq(bank), self.requests.eq(self.free & ~self.o.valid & ~requested)]
@@ -76,18 +81,18 @@ class FrustumSlot(wiring.Component):
         for field, several in targets.items():
             for target in several:
                 for register, (word_index, bits) in zip(target, elements(field), strict=True):
-                    with m.If(self.i.valid & (word.index == word_index)):
+                    with m.If(chosen[word_index]):
                         m.d.sync += register.eq(word.data[bits])
 
         # Near cells, in the bank that the present section does not have.
         near, width = self.o_near, CtuFormats(self._config).cell.width
         cells = [Mux(word.data[low + width:low + CELL_BITS].any(), (1 << width) - 1, word.data[low:low + width])
                  for low in (0, CELL_BITS)]
-        m.d.comb += [near.valid.eq(self.i.valid & (word.index == NEAR_INDEX)), near.payload.bank.eq(bank),
+        m.d.comb += [near.valid.eq(chosen[NEAR_INDEX]), near.payload.bank.eq(bank),
                      near.payload.address.eq(address), near.payload.cells.eq(Cat(*cells))]
         with m.If(near.valid):
             m.d.sync += address.eq(address + 1)
-        with m.If(self.i.valid & word.last):
+        with m.If(valid & word.last):
             m.d.sync += address.eq(0)
             with m.If(~word.void):
                 m.d.sync += self.o.valid.eq(1)

@@ -1,14 +1,16 @@
 """Registers and LUTs with many readers have copies, each near its readers.
 
-One driver in the middle of the chip reaches readers all over it after most of a clock's period.
+One driver in the middle of the chip reaches readers all over it after most of a clock's period. Multipliers lie in few
+rows of the chip, so those of one operand are far apart.
 """
 
 from hw.synthesis.netlist import Netlist
 
-__all__ = ["MOST_FAN_OUT", "copy_drivers"]
+__all__ = ["MOST_FAN_OUT", "MOST_MULTIPLIERS", "copy_drivers"]
 
-# Of one copy. More copies take more area, with fewer the nets are longer.
-MOST_FAN_OUT = 96
+# A copy for so many readers, or for so many multipliers among them. More copies take more area, with fewer the nets are
+# longer.
+MOST_FAN_OUT, MOST_MULTIPLIERS = 96, 4
 # Copies of LUTs come first: they are readers of the registers. With each type the pin of its output.
 _DRIVERS = (("LUT4", "Z"), ("TRELLIS_FF", "Q"))
 # The inputs of a multiplexer are the LUTs of its own slice.
@@ -16,7 +18,7 @@ _FIXED = ("ALUT", "BLUT")
 
 
 def copy_drivers(module: dict) -> dict[str, int]:
-    """Give registers and LUTs with more than `MOST_FAN_OUT` readers copies, which share them.
+    """Give registers and LUTs with more than `MOST_FAN_OUT` readers or `MOST_MULTIPLIERS` copies, which share them.
 
     Readers whose names follow each other, those of one unit, have the same copy. Ports of the module, the global clock
     network, and multiplexers of LUTs keep the driver itself. The function of the module is the same in every cycle.
@@ -43,7 +45,8 @@ def copy_drivers(module: dict) -> dict[str, int]:
             readers = sorted(
                 (reader, pin) for reader, pin in netlist.readers[bit]
                 if reader is not None and netlist.cells[reader]["type"] != "DCCA" and pin not in _FIXED)
-            copies = -(-len(readers) // MOST_FAN_OUT)
+            multipliers = {reader for reader, _ in readers if netlist.cells[reader]["type"] == "MULT18X18D"}
+            copies = max(-(-len(readers) // MOST_FAN_OUT), -(-len(multipliers) // MOST_MULTIPLIERS))
             for number in range(1, copies):
                 cell = f"{name}_copy_{number}"
                 netlist.cells[cell] = {**driver, "connections": {**driver["connections"], output: [free]}}

@@ -107,7 +107,7 @@ def test_a_section_waits_until_it_is_taken_and_stays():
     one = descriptor(CONFIG, random.Random(1))
     slot = Slot().run(items(one), takes=lambda cycle: cycle == 200)
     ((offered, section),) = slot.sections
-    assert (offered, section) == (slot.last[0] + 1, expected(one, 0))
+    assert (offered, section) == (slot.last[0] + FrustumSlot.latency, expected(one, 0))
 
 
 def test_one_want_for_each_section():
@@ -124,7 +124,7 @@ def test_a_void_section_leaves_it_empty():
     ones = [descriptor(CONFIG, draw, near_count=4) for _ in range(2)]
     slot = Slot().run([*items(ones[0], [1, 2, 3, 4], void=True), *items(ones[1], [5, 6, 7, 8])],
                       takes=lambda cycle: cycle == 200, cycles=202)
-    assert slot.sections == [(slot.last[1] + 1, expected(ones[1], 0))]
+    assert slot.sections == [(slot.last[1] + FrustumSlot.latency, expected(ones[1], 0))]
     assert len(slot.requests) == 2
     assert [(one["bank"], one["address"]) for one in slot.near] == [(0, 0), (0, 1)] * 2
 

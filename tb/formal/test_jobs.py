@@ -14,15 +14,16 @@ CONFIG = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1, "ctu.near_cel
 
 def one_section_a_slot(m, bench, dut):
     """A dispatch that sends one section for each want never meets a full slot, however late the words come."""
-    owed, full = Signal(3), Signal()
+    owed, full, stored = Signal(3), Signal(), Signal()
     good = dut.i.valid & dut.i.payload.last & ~dut.i.payload.void
-    m.d.sync += owed.eq(owed + dut.requests - good)
-    with m.If(good):
+    m.d.sync += [owed.eq(owed + dut.requests - good), stored.eq(good)]
+    with m.If(stored):
         m.d.sync += full.eq(1)
     with m.Elif(transfers(dut.o)):
         m.d.sync += full.eq(0)
     m.d.comb += [Assume(~dut.i.valid | (owed != 0)), Assume(~(dut.free & dut.o.valid)),
-                 Assert(~(dut.i.valid & full), "full"), Assert(owed <= 1, "owed"), Assert(dut.o.valid == full, "valid"),
+                 Assert(~(dut.i.valid & (stored | full)), "full"), Assert(owed <= 1, "owed"),
+                 Assert(dut.o.valid == full, "valid"),
                  Cover(dut.o.valid & (owed == 0), "a section waits"),
                  Cover(dut.requests & (owed == 0) & dut.o_near.payload.bank, "the other bank")]
 

@@ -10,7 +10,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hw.synthesis import flow
-from hw.synthesis.copied_drivers import MOST_FAN_OUT, copy_drivers
+from hw.synthesis.copied_drivers import MOST_FAN_OUT, MOST_MULTIPLIERS, copy_drivers
 
 _D, _CLOCK = 2, 3
 _OUTPUTS = {"TRELLIS_FF": "Q", "LUT4": "Z", "DCCA": "CLKO"}
@@ -68,6 +68,22 @@ def test_readers_share_copies(counts, added, kind):
     assert module["ports"] == before["ports"], "the port has the driver itself"
     for fixed in "buffer", "multiplexer":
         assert module["cells"][fixed] == before["cells"][fixed], "and so has what is bound to its place"
+
+
+@pytest.mark.parametrize(("count", "added"), [(MOST_MULTIPLIERS, 0), (MOST_MULTIPLIERS + 1, 1), (11, 2)])
+def test_few_multipliers_share_a_copy(count, added):
+    """A multiplier counts once, whichever of its pins read the register."""
+    module = netlist(0)
+    module["cells"] |= {f"product_{number}": cell("MULT18X18D", A0=10, B0=10) for number in range(count)}
+    functions = functions_of(module)
+    assert copy_drivers(module) == {"LUT4": 0, "TRELLIS_FF": added}
+    after, readers = functions_of(module), Counter()
+    for number in range(count):
+        pins = module["cells"][f"product_{number}"]["connections"]
+        readers.update({bit for pin in ("A0", "B0") for bit in pins[pin]})
+        assert all(after[bit] == functions[10] for pin in ("A0", "B0") for bit in pins[pin])
+    assert max(readers.values()) <= MOST_MULTIPLIERS
+    assert len(readers) == added + 1
 
 
 def test_neighbours_have_the_same_copy():
