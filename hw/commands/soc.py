@@ -16,13 +16,13 @@ _SECONDS = {"export": 20.0, "LiteX": 3.0, "synthesis, place and route": 3000.0}
 
 
 @click.command("soc", cls=Task, extra="synth", short_help="Make a bitstream with SDRAM for the ULX3S.")
-@click.option("--mhz", type=click.FloatRange(10, 100), default=40.0, help="Set the clock, which the bitstream must "
+@click.option("--mhz", type=click.FloatRange(10, 100), default=25.0, help="Set the clock, which the bitstream must "
               "reach.")
 @click.option("--baud", type=click.IntRange(300, 3_000_000), default=1_000_000, help="Set the rate of the serial line.")
 @click.option("--revision", type=click.Choice(("1.7", "2.0")), default="2.0", help="Name the board's revision, 2.0 for "
               "later ones too.")
 @click.option("--seed", type=click.IntRange(0), default=1, help="Set the placer's seed.")
-@click.option("--nextpnr", help="Add options of nextpnr.  [default: for high utilization and a slow clock]")
+@click.option("--nextpnr", help="Add options of nextpnr.  [default: for high utilization]")
 @click.option("--litex", type=FILE, default=Path("build/litex/bin/python"), help="Name the Python that has LiteX; "
               "`make litex` installs the default.")
 @click.option("--no-bitstream", is_flag=True, help="Only write the engine, Verilog and constraints.")
@@ -34,8 +34,7 @@ def soc(mhz, baud, revision, seed, nextpnr, litex, no_bitstream, folder, assignm
     A host at the USB socket loads jobs of `radiosity image` and casts them, see `docs/board.md`.
     """
     from golden.stage_progress import StageProgress
-    from hw.board.soc import SOC, build_soc
-    from hw.board.ulx3s import NEXTPNR
+    from hw.board.soc import NEXTPNR, SOC, build_soc
     from hw.synthesis.flow import tool_versions
 
     if not no_bitstream:

@@ -20,8 +20,7 @@ from pathlib import Path
 import pytest
 
 from golden.errors import InputError
-from hw.board.soc import SOC, build_soc
-from hw.board.ulx3s import NEXTPNR
+from hw.board.soc import NEXTPNR, SOC, build_soc
 from hw.package.core_files import write_core
 from tb.golden.commands.runner import run
 from tb.package.exported_engine import CONFIG, NAME, WIDE, make
