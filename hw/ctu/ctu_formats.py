@@ -6,7 +6,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 
 from golden.config import Config
 from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, POSITION_FRACTION, RECIPROCAL_BITS
-from golden.ctu.grid_rays import INDEX_FRACTION
+from golden.ctu.grid_rays import FRACTION, INDEX_FRACTION
 from hw.formats import Formats
 
 __all__ = ["GRID_GROUP", "CtuFormats", "GridTableKind"]
@@ -47,6 +47,8 @@ class CtuFormats(Formats):
 
     Members
     -------
+    grid_pair
+        An entry of the tables of grid rays; its numbers have ``FRACTION`` fraction bits in every configuration.
     grid_direction, grid_coordinate
         A component of a grid ray's direction in G; a coordinate in cells.
     grid_index, grid_count
@@ -68,6 +70,7 @@ class CtuFormats(Formats):
 
     def __init__(self, config: Config):
         super().__init__(config)
+        self.grid_pair = ArrayLayout(signed(FRACTION + 2), 2)
         self.grid_direction = signed(RECIPROCAL_BITS + 1)
         self.grid_coordinate = signed(INDEX_BITS + POSITION_FRACTION)
         self.grid_index = signed(INDEX_BITS)
@@ -162,13 +165,13 @@ class CtuFormats(Formats):
     @property
     def grid_row(self) -> StructLayout:
         """Of a row of grid rays: see `golden.memory_map`, ``grid_rows``."""
-        return StructLayout({"table": self.direction_pair, "position": self.position, "first_near": self.count,
+        return StructLayout({"table": self.grid_pair, "position": self.position, "first_near": self.count,
                              "near": self.count, "column_reach": self.reach, "column_border": self.reach})
 
     @property
     def grid_column(self) -> StructLayout:
         """Of a column of grid rays: see `golden.memory_map`, ``grid_columns``."""
-        return StructLayout({"table": self.direction_pair, "position": self.position})
+        return StructLayout({"table": self.grid_pair, "position": self.position})
 
     @property
     def grid_table_write(self) -> StructLayout:

@@ -6,6 +6,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from golden.ctu.grid_rays import FRACTION
 from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.ray_direction import direction
 from hw.lib.fixed import round_shift, total
@@ -28,7 +29,7 @@ class GridDirection(wiring.Component):
     Members
     -------
     i : In, stream of ``tag``, ``column``, ``row``
-        Entries of the shell's tables (`Formats.direction_pair`).
+        Entries of the shell's tables (`CtuFormats.grid_pair`).
     o : Out, stream of ``tag``, ``direction``
         The direction in G (`CtuFormats.grid_direction`).
     is_screen : In(1)
@@ -46,7 +47,7 @@ class GridDirection(wiring.Component):
 
     def __init__(self, *, config: Config, tag):
         formats, numbers = CtuFormats(config), config.numbers
-        pair = formats.direction_pair
+        pair = formats.grid_pair
         super().__init__({
             "i": In(stream.Signature(StructLayout({"tag": tag, "column": pair, "row": pair}))),
             "o": Out(stream.Signature(StructLayout({
@@ -55,7 +56,8 @@ class GridDirection(wiring.Component):
         self._skid = SkidBuffer(self.o.payload.shape())
         self._pipeline = pipeline = Pipeline(self.i, self._skid.i, ready_next=self._skid.ready_next)
         given = self.i.payload
-        local = direction(pipeline, pipeline.input(given.column), pipeline.input(given.row), self.is_screen, config)
+        local = direction(pipeline, pipeline.input(given.column), pipeline.input(given.row), self.is_screen,
+                          fraction=FRACTION, registers=config.icu.product_registers)
         for axis in range(3):
             turned = total(pipeline, [
                 pipeline.product(local[k], pipeline.constant(self.to_global[axis][k]),

@@ -32,7 +32,7 @@ class GridEntries(wiring.Component):
     i : In, stream of ``tag``, ``shell``, ``row``, ``column``
         A grid ray: addresses of the tables.
     o : Out, stream of ``tag``, ``begin``, ``length``, ``column``, ``row``
-        The segment of its shell, and its entries (`Formats.direction_pair`).
+        The segment of its shell, and its entries (`CtuFormats.grid_pair`).
 
     Timing
     ------
@@ -44,14 +44,14 @@ class GridEntries(wiring.Component):
     def __init__(self, *, config: Config, tag):
         formats = CtuFormats(config)
         segment = StructLayout({"begin": formats.begin, "length": formats.parameter})
-        pair = StructLayout({"table": formats.direction_pair})
+        pair = StructLayout({"table": formats.grid_pair})
         super().__init__({
             "i_table": In(stream.Signature(formats.grid_table_write, always_ready=True)),
             "i": In(stream.Signature(StructLayout({
                 "tag": tag, "shell": formats.shell, "row": formats.grid_row_address,
                 "column": formats.grid_column_address}))),
             "o": Out(stream.Signature(StructLayout({
-                "tag": tag, **segment.members, "column": formats.direction_pair, "row": formats.direction_pair})))})
+                "tag": tag, **segment.members, "column": formats.grid_pair, "row": formats.grid_pair})))})
         self._skid = SkidBuffer(self.o.payload.shape())
         self._pipeline = pipeline = Pipeline(self.i, self._skid.i, ready_next=self._skid.ready_next)
         given, made, self._tables = self.i.payload, self._skid.i.payload, []

@@ -14,23 +14,32 @@ from hw.lib.pipeline import Pipeline, Staged
 __all__ = ["RayDirection", "direction"]
 
 
-def direction(pipeline: Pipeline, column: Staged, row: Staged, is_screen, config: Config) -> tuple[Staged, ...]:
-    """x, y, z of entries (`Formats.direction_pair`) of a column table and a row table, see `RayDirection`."""
-    numbers = config.numbers
+def direction(pipeline: Pipeline, column: Staged, row: Staged, is_screen, *, fraction: int,
+              registers: int) -> tuple[Staged, ...]:
+    """x, y, z of entries of a column table and a row table, see `RayDirection`.
+
+    Parameters
+    ----------
+    column, row
+        Each two numbers of signed 1.``fraction``.
+    registers
+        Of each multiplier.
+    """
+    width = fraction + 2
     first, second = (pipeline.combine(lambda pair, k=k: pair[k], row) for k in range(2))
     around = [pipeline.combine(lambda pair, k=k: pair[k], column) for k in range(2)]
 
     def rounded(product):
         # Of two entries of at most 1: as wide as they are, which is an operand of a multiplier.
-        return round_shift(product, numbers.direction_fraction)[:numbers.direction.width].as_signed()
+        return round_shift(product, fraction)[:width].as_signed()
 
-    across = [pipeline.register(rounded, pipeline.product(first, value, registers=config.icu.product_registers))
+    across = [pipeline.register(rounded, pipeline.product(first, value, registers=registers))
               for value in around]
 
     def chosen(screen, hemisphere):
         return pipeline.register(lambda a, b: Mux(is_screen, a, b).as_signed(), screen, hemisphere)
 
-    one = pipeline.constant(Const(1 << numbers.direction_fraction, numbers.direction.width).as_signed())
+    one = pipeline.constant(Const(1 << fraction, width).as_signed())
     return chosen(around[0], across[0]), chosen(first, across[1]), chosen(one, second)
 
 
@@ -77,7 +86,9 @@ class RayDirection(wiring.Component):
         column, row = (pipeline.delay(pipeline.read(self._tables[kind].read_port(), pipeline.input(index)), 1)
                        for kind, index in ((TableKind.COLUMN, self.i.payload.column),
                                            (TableKind.ROW, self.i.payload.row)))
-        for axis, value in enumerate(direction(pipeline, column, row, self.is_screen, config)):
+        for axis, value in enumerate(direction(
+                pipeline, column, row, self.is_screen, fraction=config.numbers.direction_fraction,
+                registers=config.icu.product_registers)):
             pipeline.output(self.o.payload.direction[axis], value)
         pipeline.output(self.o.payload.tag, pipeline.input(self.i.payload.tag))
         self.latency = pipeline.latency

@@ -10,7 +10,7 @@ from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.grid_direction import GridDirection
 from tb.lib.bench import Bench, Case, Vectors
-from tb.lib.configurations import DEPTHS
+from tb.lib.configurations import CONFIGURATIONS, DEPTHS
 
 RAYS = 200
 # Entries that are drawn to find such as are at halves.
@@ -62,7 +62,8 @@ def vectors_at_halves(frustum, seed, config):
 
 class TestGridDirection(Bench):
     component, arguments = GridDirection, {"tag": 9}
-    variants = [{"icu.product_registers": depth} for depth in DEPTHS]
+    # Numbers of grid rays have the same width in all configurations.
+    variants = [*({"icu.product_registers": depth} for depth in DEPTHS), CONFIGURATIONS["narrow"]]
     cases = {frustum.__name__: partial(of_record, frustum) for frustum in FRUSTA} | {
         f"{frustum.__name__} at halves, {seed}": Case(
             partial(vectors_at_halves, frustum, seed), None if seed == 0 else [])
