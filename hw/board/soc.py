@@ -21,10 +21,15 @@ __all__ = ["NEXTPNR", "PRESET", "SOC", "build_soc"]
 PRESET, NAME = "small", "soc"
 # More options of nextpnr. The wires of the slow clock take most of its period, so timing counts in the placement too.
 NEXTPNR = ("--placer", "static", "--router", "router2")
+# Of the lengths in a room of 8 m, 18 bits are steps of 0.03 mm. tb/board/test_soc.py compares the hits with float64.
+NUMBERS = {
+    "numbers.scene_bits": 18, "numbers.vector_fraction": 16, "numbers.vertex_bits": 15, "numbers.mantissa_bits": 18,
+    "numbers.direction_fraction": 14, "numbers.fraction_bits": 14,
+    "icu.angle_bits": 18, "icu.cordic_stages": 12, "icu.cordic_guard": 4}
 # 1024 rays and the capacities of the preset for scenes like `room1627`, with 512 resident patches, in 32 MB of SDRAM.
 # Hits have no (u, v), which form factors do not need. Caches of 256 lines are in block RAM, those of 128 in LUTs.
 # An exported engine has all cache policies. Jobs use direct placement here, so the others have few lines and ways.
-SOC = PRESETS[PRESET].replace(NARROW | {
+SOC = PRESETS[PRESET].replace(NARROW | NUMBERS | {
     "icu.rays": 1024, "icu.patch_bits": 11, "icu.uv_bits": 0, "icu.uv_guard": 0,
     "memsys.cell_lines": 256, "memsys.patch_lines": 256, "memsys.lfu_lines": 2, "memsys.cache_ways": 2,
     "memsys.cache_fetches": 4, "memsys.scene_cells": 4096, "memsys.own_cells": 1024, "memsys.own_entries": 4096,
@@ -76,7 +81,8 @@ def build_soc(config: Config, folder: Path, *, litex: Path, hertz: int, baud: in
     facts = {"output": [str(path) for path in (*sources, constraints)]}
     if routes:
         with stage("synthesis, place and route"):
-            area, clock = verilog_bitstream(sources, constraints.read_text(), made, NAME, seed=seed, options=options)
+            area, clock = verilog_bitstream(sources, constraints.read_text(), made, NAME, seed=seed,
+                                            options=("--freq", f"{hertz / 1e6:g}", *options))
         facts |= {"seconds": round(time.perf_counter() - begin)} | asdict(area) | asdict(clock)
         figures = made / f"{NAME}.figures.json"
         facts["output"] += [str(made / f"{NAME}.bit"), str(figures)]

@@ -34,6 +34,10 @@ MHZ = 105
 # on a full chip it exceeds all delays before the last conflicts are resolved, and the detours make new ones. Free wires
 # may lie farther from a net than its own margin of 3 tiles.
 _ROUTER2 = {"router2/currCongWeightMult": "0.7", "router2/bbMargin/x": "8", "router2/bbMargin/y": "8"}
+# A SoC on a full chip: where routing follows timing, or with the weights above, conflicts of its nets grow again.
+# Without timing, and with small steps of the weight, `router2` resolves them all; the placement's clock remains.
+_UNTIMED = _ROUTER2 | {"timing_driven": "0", "router2/currCongWeightMult": "0.15", "router2/bbMargin/x": "12",
+                       "router2/bbMargin/y": "12"}
 # Attribute of a module: the number of LUTs that `fold` has removed.
 _FOLDED = "folded_luts"
 _YOSYS = """
@@ -119,7 +123,7 @@ def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTI
         More options of nextpnr. Without ``--freq`` the target is `MHZ`.
     """
     target = () if "--freq" in options else ("--freq", MHZ)
-    return _place(netlist, "--lpf-allow-unconstrained", "--timing-allow-fail", *target, *options, seed=seed)
+    return _place(netlist, ("--lpf-allow-unconstrained", "--timing-allow-fail", *target), options, seed=seed)
 
 
 def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int,
@@ -141,20 +145,26 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
         It does not fit, or misses the target clock.
     """
     netlist = _netlist_of_rtlil(rtlil_text, folder, name, FAMILIES["ecp5"])
-    return _pack(netlist, constraints, seed=seed, options=options)
+    return _pack(netlist, constraints, _place, seed=seed, options=options)
 
 
 def verilog_bitstream(sources: tuple[Path, ...], constraints: str, folder: Path, name: str, *, seed: int,
                       options: tuple[str, ...]) -> tuple[Area, Clock]:
-    """`bitstream` of Verilog: the files in ``sources`` have the module ``top`` and all that it instantiates."""
+    """`bitstream` of Verilog: the files in ``sources`` have the module ``top`` and all that it instantiates.
+
+    The placement depends on timing, the route does not: on a full chip it finds no other. ``options`` must have the
+    target clock as ``--freq``, which is the only one of clocks that a PLL makes when they are routed.
+    """
     read = [f'read_verilog -defer "{source.resolve()}"' for source in sources]
-    return _pack(_netlist(read, folder, name, FAMILIES["ecp5"]), constraints, seed=seed, options=options)
+    netlist = _netlist(read, folder, name, FAMILIES["ecp5"])
+    return _pack(netlist, constraints, _place_then_route, seed=seed, options=options)
 
 
-def _pack(netlist, constraints, *, seed, options):
+def _pack(netlist, constraints, place, *, seed, options):
     folder, name, area = netlist.parent, netlist.stem, _area(netlist, FAMILIES["ecp5"])
     write_text(folder / f"{name}.lpf", constraints)
-    clock = _place(netlist, "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config", *options, seed=seed)
+    files = "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config"
+    clock = place(netlist, files, options, seed=seed)
     _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
     return area, clock
 
@@ -179,12 +189,30 @@ def _rtlil(component, **options):
     return rtlil.convert(component, name="top", emit_src=False, **options)
 
 
-def _place(netlist, *options, seed):
+def _place(netlist, files, options, *, seed):
+    return _clock(netlist, f"{netlist.stem}.seed-{seed}", *files, *options, "--seed", seed, seed=seed)
+
+
+def _place_then_route(netlist, files, options, *, seed):
     folder, name = netlist.parent, f"{netlist.stem}.seed-{seed}"
+    placed = folder / f"{name}.placed.json"
+    _run([_program("nextpnr-ecp5"), "--json", netlist.name, *_DEVICE, *files, *options, "--seed", seed,
+          "--timing-allow-fail", "--no-route", "--write", placed.name], folder / f"{name}.placed.log")
+    design = json.loads(placed.read_text())
+    # The design keeps the options of its placement. An estimate may miss the clock, a route may not.
+    settings = design["modules"]["top"]["settings"]
+    del settings["timing/allowFail"]
+    settings.update(_UNTIMED)
+    placed.write_text(json.dumps(design))
+    return _clock(placed, name, *files, "--no-pack", "--no-place", seed=seed)
+
+
+def _clock(netlist, name, *options, seed):
+    folder = netlist.parent
     report = folder / f"{name}.report.json"
     # The tool sees the folder that it is started in and nothing else.
-    _run([_program("nextpnr-ecp5"), "--json", netlist.name, *_DEVICE, *options, "--seed", seed,
-          "--report", report.name], folder / f"{name}.nextpnr.log")
+    _run([_program("nextpnr-ecp5"), "--json", netlist.name, *_DEVICE, *options, "--report", report.name],
+         folder / f"{name}.nextpnr.log")
     found = json.loads(report.read_text())
     mhz = min(clock["achieved"] for clock in found["fmax"].values())
     return Clock(seed=seed, mhz=mhz, path=_critical_path(found["critical_paths"]))

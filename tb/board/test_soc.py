@@ -119,7 +119,7 @@ def test_the_command_has_litex_and_the_tools_make_a_bitstream(litex, tools, tmp_
     ((sources, constraints, where, name), options), = tools
     assert sources == (folder / "radiosity_engine.v", made / "gateware" / "top.v")
     assert (constraints, where, name) == ("LOCATE", made, "soc")
-    assert options == {"seed": 3, "options": NEXTPNR}
+    assert options == {"seed": 3, "options": ("--freq", "41", *NEXTPNR)}
     figures = json.loads((made / "soc.figures.json").read_text())
     assert {word: figures[word] for word in ("lut", "ff", "dsp", "bram", "mhz", "seed")} == {
         "lut": 51, "ff": 52, "dsp": 53, "bram": 54, "mhz": 41.25, "seed": 3}

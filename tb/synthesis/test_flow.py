@@ -57,7 +57,7 @@ def test_the_reset_between_registers_is_that_of_the_chip(tmp_path):
 @pytest.mark.parametrize(("options", "expected"), [
     (("--placer", "static"), ["--freq", flow.MHZ]), (("--freq", "78"), ["--freq", "78"])])
 def test_one_target_frequency_is_given(options, expected, monkeypatch, tmp_path):
-    monkeypatch.setattr(flow, "_place", lambda netlist, *given, seed: given)
+    monkeypatch.setattr(flow, "_place", lambda netlist, files, options, *, seed: (*files, *options))
     given = list(flow.place_and_route(tmp_path / "clock.json", seed=1, options=options))
     at = given.index("--freq")
     assert given[at:at + 2] == expected

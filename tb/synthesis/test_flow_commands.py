@@ -27,6 +27,8 @@ REPORT = {"fmax": {"$glbnet$clk": {"achieved": 90.5, "constraint": 105.0},
                    "other": {"achieved": 71.25, "constraint": 105.0}}, "critical_paths": PATHS}
 
 
+PLACED = {"modules": {"top": {"settings": {"timing/allowFail": "1", "target_freq": "25000000", "seed": "2",
+                                           "router2/bbMargin/x": "8"}}}}
 OPTIONS = {"seed": 2, "options": ("--freq", "25")}
 
 
@@ -39,6 +41,8 @@ def commands(monkeypatch, tmp_path):
         found.append(([str(word) for word in command], log.name))
         if "--report" in command:
             (log.parent / command[command.index("--report") + 1]).write_text(json.dumps(REPORT))
+        if "--write" in command:
+            (log.parent / command[command.index("--write") + 1]).write_text(json.dumps(PLACED))
 
     monkeypatch.setattr(flow, "_run", run)
     monkeypatch.setattr(flow, "_program", lambda name: f"/bin/{name}")
@@ -55,11 +59,14 @@ def test_a_netlist_is_placed_on_the_device_with_its_seed(commands, tmp_path):
     assert found == Clock(seed=7, mhz=71.25, path="4.8 + 3.2 ns, a.count to b.sum")
 
 
-@pytest.mark.parametrize(("make", "read"), [
-    (lambda folder: bitstream("text", "LOCATE", folder, "board", **OPTIONS), "read_rtlil board.il"),
+@pytest.mark.parametrize(("make", "read", "steps", "options"), [
+    (lambda folder: bitstream("text", "LOCATE", folder, "board", **OPTIONS), "read_rtlil board.il", [],
+     ["--freq", "25", "--seed", "2"]),
     (lambda folder: verilog_bitstream((folder / "a.v",), "LOCATE", folder, "board", **OPTIONS),
-     'read_verilog -defer "{}/a.v"')], ids=["RTLIL", "Verilog"])
-def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monkeypatch, tmp_path, make, read):
+     'read_verilog -defer "{}/a.v"', ["board.seed-2.placed.log"], ["--no-pack", "--no-place"])],
+    ids=["RTLIL", "Verilog"])
+def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monkeypatch, tmp_path, make, read, steps,
+                                                                 options):
     area = FAMILIES["ecp5"].area({})
     monkeypatch.setattr(flow, "_area", lambda netlist, family: area)
     reads = []
@@ -69,12 +76,27 @@ def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monke
     assert found is area
     assert clock.mhz == 71.25
     assert (tmp_path / "board.lpf").read_text() == "LOCATE"
-    (placing, placed), (packing, packed) = commands
-    assert placing[8:14] == ["--lpf", "board.lpf", "--textcfg", "board.config", "--freq", "25"]
+    *earlier, (placing, placed), (packing, packed) = commands
+    assert [log for _, log in earlier] == steps
+    assert placing[8:12] == ["--lpf", "board.lpf", "--textcfg", "board.config"]
+    assert placing[12:-2] == options
     assert not {"--timing-allow-fail", "--lpf-allow-unconstrained"} & set(placing)
-    assert placing[-4:] == ["--seed", "2", "--report", "board.seed-2.report.json"]
+    assert placing[-2:] == ["--report", "board.seed-2.report.json"]
     assert packing == ["/bin/ecppack", "--compress", "board.config", "board.bit"]
     assert (placed, packed) == ("board.seed-2.nextpnr.log", "board.ecppack.log")
+
+
+def test_routing_of_verilog_ignores_timing_and_must_meet_the_clock(commands, monkeypatch, tmp_path):
+    monkeypatch.setattr(flow, "_area", lambda netlist, family: FAMILIES["ecp5"].area({}))
+    monkeypatch.setattr(flow, "_netlist", lambda read, folder, name, _: folder / f"{name}.json")
+    verilog_bitstream((tmp_path / "a.v",), "LOCATE", tmp_path, "board", **OPTIONS)
+    placing, routing = (command for command, _ in commands[:2])
+    assert placing[12:] == ["--freq", "25", "--seed", "2", "--timing-allow-fail", "--no-route", "--write",
+                            "board.seed-2.placed.json"]
+    assert routing[:3] == ["/bin/nextpnr-ecp5", "--json", "board.seed-2.placed.json"]
+    routed = json.loads((tmp_path / "board.seed-2.placed.json").read_text())["modules"]["top"]["settings"]
+    assert routed == {"target_freq": "25000000", "seed": "2"} | flow._UNTIMED
+    assert routed["timing_driven"] == "0"
 
 
 def test_area_counts_cells_of_all_modules_but_black_boxes(tmp_path):
