@@ -46,8 +46,9 @@ def job_header(job: Job, core: CoreManifest, *, about: str, size: int) -> str:
     frusta = [-1 if one is None else one.frustum for one in job.sections]
     lines = [f"#define RADIOSITY_JOB_{name} {value} /* {meaning} */" for name, (value, meaning) in numbers.items()]
     return "\n".join([
-        f"/* {about.replace('*/', '* /')}", f"   For the core of SHA-256 {core.sha256}. */",
-        "#ifndef RADIOSITY_JOB_H", "#define RADIOSITY_JOB_H", "", "#include <stdint.h>", "", *lines,
+        f"/* {about.replace('*/', '* /')} */",
+        "#ifndef RADIOSITY_JOB_H", "#define RADIOSITY_JOB_H", "", "#include <stdint.h>", "",
+        "/* SHA-256 of the core that it is for. */", f'#define RADIOSITY_JOB_CORE "{core.sha256}"', *lines,
         "/* Of each frustum: the address of its first hit. */",
         *_list("HITS", map(_address, phase.hits)),
         "/* Of each descriptor: its frustum, -1 of a load. */", *_list("FRUSTUM_OF", map(str, frusta)),

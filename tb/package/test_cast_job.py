@@ -1,6 +1,7 @@
 """The exported example of the driver casts its job at a machine of registers, and fails if a descriptor does."""
 
 import ctypes
+import re
 
 import numpy as np
 import pytest
@@ -19,6 +20,11 @@ DESCRIPTORS = 2
 def example(config, tmp_path):
     """Casts the sample of a configuration at a machine: the result of the example."""
     write_core("engine", config=config, preset="tiny", folder=tmp_path)
+    return compiled(tmp_path)
+
+
+def compiled(tmp_path):
+    """The example beside an exported engine."""
     assert not complaints(tmp_path, "gcc", *FLAGS, "-fPIC", "-shared", "-o", "cast.so", "-Idriver", "-Ijob",
                           "example/cast_job.c", "driver/radiosity.c")
     library = ctypes.CDLL(str(tmp_path / "cast.so"))
@@ -44,6 +50,18 @@ def test_any_descriptor_with_an_error_is_named_and_fails_the_job(cast_job, capfd
     found = capfd.readouterr()
     assert "hit" not in found.out
     assert f"error: descriptor {tag}: OVERFLOW" in found.err
+
+
+def test_a_job_of_another_core_is_refused_before_any_access(without_verilog, tmp_path, capfd):
+    write_core("engine", config=CONFIG, preset="tiny", folder=tmp_path)
+    header = tmp_path / "job" / "job.h"
+    core = re.search(r'JOB_CORE "(\w{8})', header.read_text())[1]
+    header.write_text(header.read_text().replace(core, "01234567"))
+    machine = RegisterMachine(SIZE)
+    assert compiled(tmp_path)(machine) == 2
+    assert capfd.readouterr().err == (f"error: job.h must be of the core {core}, not 01234567: give `radiosity image` "
+                                      "this core's --manifest\n")
+    assert not machine.log
 
 
 def test_sums_of_a_frustum_s_sections_are_added(without_verilog, tmp_path, capfd):

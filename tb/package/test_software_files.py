@@ -49,7 +49,7 @@ def test_the_simulation_compiles_without_a_warning(config, without_verilog, tmp_
 
 def test_the_sample_is_what_the_command_writes(without_verilog, tmp_path):
     files = core_files("engine", config=CONFIG, preset="tiny")
-    sha256 = re.search(r"SHA-256 (\w+)", files["job/job.h"].decode())[1]
+    sha256 = re.search(r'JOB_CORE "(\w+)"', files["job/job.h"].decode())[1]
     path = write_manifest(tmp_path / "core.json", CONFIG, sha256=sha256)
     scene, *options = shlex.split(SAMPLE)
     assert run("image", scene, "--manifest", path, *options, "-o", tmp_path / "job").exit_code == 0
@@ -57,6 +57,21 @@ def test_the_sample_is_what_the_command_writes(without_verilog, tmp_path):
         assert (tmp_path / "job" / name).read_bytes() == files[f"job/{name}"]
     assert files["job/job.txt"].count(b"hit") == 256
     assert sha256 in files[f"{NAME}.json"]
+
+
+@pytest.mark.parametrize("missing", ["job.h", "job.bin"])
+@pytest.mark.parametrize(("folder", "target"), [("example", "run"), ("litex_soc", "run"), ("litex_soc", "board")])
+def test_a_folder_without_a_job_is_refused(folder, target, missing, without_verilog, tmp_path):
+    write_core("engine", config=CONFIG, preset="tiny", folder=tmp_path)
+    (tmp_path / "job" / missing).unlink()
+    # The engine, compiled before; nothing of it is older than a file that it is made from.
+    for made in f"build/engine/V{NAME}__ALL.a", "build/gateware/obj_dir/Vsim", "ulx3s/gateware/top.v":
+        path = tmp_path / folder / made
+        path.parent.mkdir(parents=True)
+        path.touch()
+    done = subprocess.run(["make", "-C", folder, target], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "JOB must be a folder with the job.h and job.bin of `radiosity image`, not ../job" in done.stderr
 
 
 def test_an_engine_that_is_too_small_has_no_sample(without_verilog, monkeypatch):

@@ -35,7 +35,7 @@ def software_files(name: str, *, config: Config, counters: Mapping[str, str], sh
     buses
         Those with a clock and a reset of their own; the simulation drives all clocks together.
     """
-    words = {"@NAME@": name, "@CLOCKS@": " = top.".join(["clk", *(f"{bus}_aclk" for bus in buses)]),
+    words = {"@NAME@": name, "@SHA256@": sha256, "@CLOCKS@": " = top.".join(["clk", *(f"{bus}_aclk" for bus in buses)]),
              "@RESETS@": "".join(f"        top.{bus}_aresetn = 1;\n" for bus in buses)}
 
     def filled(template):

@@ -19,7 +19,7 @@ static const int32_t frustum_of[] = RADIOSITY_JOB_FRUSTUM_OF;
     for (unsigned k = 0; k < sizeof name / sizeof *name; ++k) printf("%s%lld", k ? ", " : "", (long long)name[k]); \\
     printf("], ");
 int main(void) {
-    printf("{");
+    printf("{\\"core\\": \\"%s\\", ", RADIOSITY_JOB_CORE);
     LIST(hits) LIST(sums) LIST(frustum_of)
 """
 NAMES = ("CLUSTERS", "BASE", "BYTES", "END", "RING", "COMPLETIONS", "RING_BITS", "DESCRIPTORS", "IMAGE", "COPIES",
@@ -39,6 +39,7 @@ def test_a_compiler_reads_the_job_from_it(number, tmp_path):
     subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-o", "main", "main.c"],
                    cwd=tmp_path, check=True)
     found = json.loads(subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True).stdout)
+    assert found["core"] == "0123"
     assert tuple(found["hits"]) == phase.hits
     assert found["sums"] == job.descriptors["sums_address"].tolist()
     assert found["frustum_of"] == [-1 if one is None else one.frustum for one in job.sections]
