@@ -79,9 +79,10 @@ def _clocks(records):
         lines.append(f"| {' | '.join(map(str, cells))} |")
     others = {}
     for record in records:
-        if record.seeds and record.options != " ".join(OPTIONS):
-            others.setdefault(record.options, []).append(f"`{record.unit}`")
-    others = [f'{", ".join(units)} with `--nextpnr "{options}"`' for options, units in others.items()]
+        routing = " --routability-driven" if record.routing == "routability-driven" else ""
+        if record.seeds and (routing or record.options != " ".join(OPTIONS)):
+            others.setdefault(f'--nextpnr "{record.options}"{routing}', []).append(f"`{record.unit}`")
+    others = [f'{", ".join(units)} with `{options}`' for options, units in others.items()]
     about = [f"{FAMILIES['ecp5'].title}, preset `{PRESET}`, each unit alone between registers.",
              FAMILIES["ecp5"].counted, "MHz: Fmax after routing; of several seeds the least, the median and the best.",
              *([] if all(record.mhz for record in records) else ["Without MHz: synthesised, not routed."]),

@@ -39,8 +39,9 @@ class Record:
         In cycles, if it has one.
     lut, ff, dsp, bram
         As in `Area`.
-    options, seeds, mhz
-        Options of nextpnr, seeds of its placer, and the clock of each; empty if it was not placed.
+    options, routing, seeds, mhz
+        Options of nextpnr, ``timing-driven`` or ``routability-driven``, seeds of the placer, and the clock of each;
+        empty if it was not placed.
     """
 
     commit: str
@@ -57,6 +58,7 @@ class Record:
     dsp: int
     bram: int
     options: str
+    routing: str
     seeds: tuple[int, ...]
     mhz: tuple[float, ...]
 

@@ -128,13 +128,14 @@ def make_unit(block: str, unit: str, config: Config) -> wiring.Component:
 
 
 def measure(block: str, unit: str, config: Config, folder: Path, *, family: str = "ecp5", seeds: tuple[int, ...] = (),
-            options: tuple[str, ...] = OPTIONS) -> Row:
-    """Synthesise one of `UNITS`, and place and route it once for each seed, with these options of nextpnr."""
+            options: tuple[str, ...] = OPTIONS, routability_driven: bool = False) -> Row:
+    """Synthesise one of `UNITS`, and place and route it once for each seed, as `place_and_route` does."""
     folder = folder / unit
     clocks = ()
     if seeds:
         netlist = synthesise_between_registers(make_unit(block, unit, config), folder)
-        clocks = tuple(place_and_route(netlist, seed=seed, options=options) for seed in seeds)
+        clocks = tuple(place_and_route(netlist, seed=seed, options=options, routability_driven=routability_driven)
+                       for seed in seeds)
     component = make_unit(block, unit, config)
     row = Row(unit=unit, latency=getattr(component, "latency", None),
               area=synthesise(component, folder, family=FAMILIES[family]), clocks=clocks)
@@ -143,7 +144,7 @@ def measure(block: str, unit: str, config: Config, folder: Path, *, family: str 
 
 
 def table(rows: list[Row], *, block: str, preset: str, config: Config, family: str, seeds: tuple[int, ...],
-          options: tuple[str, ...]) -> str:
+          options: tuple[str, ...], routability_driven: bool = False) -> str:
     """The figures as Markdown, with all that is needed to get them again."""
     several = " least / median / best" if len(seeds) > 1 else ""
     titles = ["unit", "latency", "LUT", "FF", "DSP", "block RAM"]
@@ -161,6 +162,7 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, family: s
         lines.append(f"| {' | '.join(map(str, cells))} |")
     about = [tool_versions(clock=FAMILIES[family].has_clock)]
     about += [f"placer seed{'s' if several else ''} {', '.join(map(str, seeds))}, {' '.join(options)}"] if seeds else []
+    about += ["routability-driven routing"] if routability_driven else []
     return "\n".join([f"# {block}: {FAMILIES[family].title}", "", *lines, "", FAMILIES[family].counted, "",
                       f"{'; '.join(about)}; preset {preset}{changed_parameters(config, PRESETS[preset])}.", ""])
 

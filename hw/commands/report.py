@@ -13,6 +13,8 @@ from hw.commands.choices import BLOCKS, FAMILIES, MHZ, NEXTPNR
 
 __all__ = ["report"]
 
+_OF_ROUTES = {"seeds": "--seed", "nextpnr": "--nextpnr", "routability_driven": "--routability-driven"}
+
 
 @click.command("report", cls=Task, extra="synth", named={"Unit": "--unit"},
                short_help="Measure area and clock of a block's units.")
@@ -29,12 +31,15 @@ __all__ = ["report"]
               help="Set the placer's seed. May be repeated: the least, median and best clock are reported.")
 @click.option("--nextpnr", default=NEXTPNR, help="Add options of nextpnr. For the largest units its other router "
               f"terminates sooner: '--router router2'. Unless --freq is among them the target is {MHZ} MHz.")
+@click.option("--routability-driven", is_flag=True, help="Let timing decide the placement only. On a nearly full chip "
+              "the router terminates sooner so, and may find no other route.")
 @click.option("--record", "records", is_flag=True, help="Write the figures to the history, docs/figures/history.csv.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/report"),
               help="Write netlists and tables to this folder.")
 @PRESET
 @ASSIGNMENTS
-def report(block, units, family, liberty, route, seeds, nextpnr, records, folder, preset, assignments):
+def report(block, units, family, liberty, route, seeds, nextpnr, routability_driven, records, folder, preset,
+           assignments):
     """Measure area and clock of each unit of BLOCK alone, with open tools.
 
     The clock is of an ECP5-85; other families have the area only. Prints a table and writes it to FOLDER/BLOCK.md, with
@@ -55,33 +60,41 @@ def report(block, units, family, liberty, route, seeds, nextpnr, records, folder
             raise InputError(f"report: Unit must be one of {', '.join(UNITS[block])}, not {unit!r}")
     units = units or tuple(UNITS[block])
     if liberty:
-        context = click.get_current_context()
-        of_fpgas = {"family": "--family", "route": "--route", "seeds": "--seed", "nextpnr": "--nextpnr",
-                    "records": "--record"}
-        for name, option in of_fpgas.items():
-            if context.get_parameter_source(name) is not click.core.ParameterSource.DEFAULT:
+        for name, option in {"family": "--family", "route": "--route", **_OF_ROUTES, "records": "--record"}.items():
+            if _is_given(name):
                 raise InputError(f"report: --liberty goes without {option}, which is of FPGAs")
         _report_cells(block, units, liberty, folder, preset, config)
         return
     tools = tool_versions(clock=KNOWN[family].has_clock)
     if route and not KNOWN[family].has_clock:
         raise InputError(f"report: there is no place and route for {KNOWN[family].title}")
-    seeds = tuple(dict.fromkeys(seeds)) if KNOWN[family].has_clock and route is not False else ()
-    options = tuple(shlex.split(nextpnr)) if seeds else ()
+    routes = KNOWN[family].has_clock and route is not False
+    for name, option in _OF_ROUTES.items():
+        if not routes and _is_given(name):
+            raise InputError(f"report: {option} needs place and route")
+    seeds, options = (tuple(dict.fromkeys(seeds)), tuple(shlex.split(nextpnr))) if routes else ((), ())
+    place = {"family": family, "seeds": seeds, "options": options, "routability_driven": routability_driven}
+    routing = ("routability-driven" if routability_driven else "timing-driven") if routes else ""
     measured = measured_commit() if records else None
     name = block if family == "ecp5" else f"{block}-{family}"
     rows = []
     with progress_bar(units, desc=block, unit="unit", disable=not console().progress) as bar:
         for unit in bar:
             bar.set_postfix_str(unit)
-            rows.append(measure(block, unit, config, folder / name, family=family, seeds=seeds, options=options))
+            rows.append(measure(block, unit, config, folder / name, **place))
             if records:
                 add_record(Record.of(rows[-1], measured, tools=tools, family=family, preset=preset,
-                                     parameters=" ".join(assignments), block=block, options=" ".join(options)))
-    text = table(rows, block=block, preset=preset, config=config, family=family, seeds=seeds, options=options)
+                                     parameters=" ".join(assignments), block=block, options=" ".join(options),
+                                     routing=routing))
+    text = table(rows, block=block, preset=preset, config=config, **place)
     write_text(folder / f"{name}.md", text)
     console().report({"output": folder / f"{name}.md", "block": block, "family": family, "preset": preset,
                       "parameters": config.parameters(), "units": [asdict(row) for row in rows]}, text.rstrip("\n"))
+
+
+def _is_given(name):
+    """Whether the user typed an option, by the name of its parameter."""
+    return click.get_current_context().get_parameter_source(name) is not click.core.ParameterSource.DEFAULT
 
 
 def _report_cells(block, units, liberty, folder, preset, config):

@@ -34,10 +34,11 @@ MHZ = 105
 # on a full chip it exceeds all delays before the last conflicts are resolved, and the detours make new ones. Free wires
 # may lie farther from a net than its own margin of 3 tiles.
 _ROUTER2 = {"router2/currCongWeightMult": "0.7", "router2/bbMargin/x": "8", "router2/bbMargin/y": "8"}
-# A SoC on a full chip: where routing follows timing, or with the weights above, conflicts of its nets grow again.
-# Without timing, and with small steps of the weight, `router2` resolves them all; the placement's clock remains.
-_UNTIMED = _ROUTER2 | {"timing_driven": "0", "router2/currCongWeightMult": "0.15", "router2/bbMargin/x": "12",
-                       "router2/bbMargin/y": "12"}
+# A design that fills most of a chip: where routing follows timing, or with the weights above, conflicts of its nets
+# grow again. Without timing, and with small steps of the weight, `router2` resolves them all; the placement's clock
+# remains.
+_ROUTABILITY_DRIVEN = _ROUTER2 | {
+    "timing_driven": "0", "router2/currCongWeightMult": "0.15", "router2/bbMargin/x": "12", "router2/bbMargin/y": "12"}
 # Attribute of a module: the number of LUTs that `fold` has removed.
 _FOLDED = "folded_luts"
 _YOSYS = """
@@ -112,7 +113,8 @@ def synthesise_between_registers(component, folder: Path) -> Path:
     return _netlist_of_rtlil(_rtlil(ScanHarness(component)), folder, "clock", FAMILIES["ecp5"])
 
 
-def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTIONS) -> Clock:
+def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTIONS,
+                    routability_driven: bool = False) -> Clock:
     """The clock of a netlist for an ECP5; the tool's log stays beside it.
 
     Parameters
@@ -121,9 +123,12 @@ def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTI
         Of the placer.
     options
         More options of nextpnr. Without ``--freq`` the target is `MHZ`.
+    routability_driven
+        Whether timing decides the placement only: on a nearly full chip the router finds no timing-driven route.
     """
     target = () if "--freq" in options else ("--freq", MHZ)
-    return _place(netlist, ("--lpf-allow-unconstrained", "--timing-allow-fail", *target), options, seed=seed)
+    place = _place_then_route if routability_driven else _place
+    return place(netlist, ("--lpf-allow-unconstrained", "--timing-allow-fail", *target), options, seed=seed)
 
 
 def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int,
@@ -152,8 +157,8 @@ def verilog_bitstream(sources: tuple[Path, ...], constraints: str, folder: Path,
                       options: tuple[str, ...]) -> tuple[Area, Clock]:
     """`bitstream` of Verilog: the files in ``sources`` have the module ``top`` and all that it instantiates.
 
-    The placement depends on timing, the route does not: on a full chip it finds no other. ``options`` must have the
-    target clock as ``--freq``, which is the only one of clocks that a PLL makes when they are routed.
+    The placement is timing-driven, the route routability-driven. ``options`` must have the target clock as ``--freq``,
+    which is the only one of clocks that a PLL makes when they are routed.
     """
     read = [f'read_verilog -defer "{source.resolve()}"' for source in sources]
     netlist = _netlist(read, folder, name, FAMILIES["ecp5"])
@@ -196,13 +201,14 @@ def _place(netlist, files, options, *, seed):
 def _place_then_route(netlist, files, options, *, seed):
     folder, name = netlist.parent, f"{netlist.stem}.seed-{seed}"
     placed = folder / f"{name}.placed.json"
+    may_miss = () if "--timing-allow-fail" in files else ("--timing-allow-fail",)
     _run([_program("nextpnr-ecp5"), "--json", netlist.name, *_DEVICE, *files, *options, "--seed", seed,
-          "--timing-allow-fail", "--no-route", "--write", placed.name], folder / f"{name}.placed.log")
+          *may_miss, "--no-route", "--write", placed.name], folder / f"{name}.placed.log")
     design = json.loads(placed.read_text())
-    # The design keeps the options of its placement. An estimate may miss the clock, a route may not.
+    # The design keeps the options of its placement. An estimate may miss the clock; a route only with the option.
     settings = design["modules"]["top"]["settings"]
     del settings["timing/allowFail"]
-    settings.update(_UNTIMED)
+    settings.update(_ROUTABILITY_DRIVEN)
     placed.write_text(json.dumps(design))
     return _clock(placed, name, *files, "--no-pack", "--no-place", seed=seed)
 

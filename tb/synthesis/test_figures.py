@@ -43,9 +43,9 @@ def test_area_and_clock_stay(family, block, unit, tmp_path, monkeypatch):
     last = last_records(read_history())[family, PRESET, "", block, unit]
     seeds = last.seeds[:RATCHET[family, block, unit]]
     row = measure(block, unit, PRESETS[PRESET], tmp_path, family=family, seeds=seeds,
-                  options=tuple(last.options.split()))
+                  options=tuple(last.options.split()), routability_driven=last.routing == "routability-driven")
     found = Record.of(row, Commit(name="", date=""), tools="", family=family, preset=PRESET, parameters="", block=block,
-                      options=last.options)
+                      options=last.options, routing=last.routing)
     again = "".join(f" --seed {seed}" for seed in last.seeds)
     assert not (differ := departures(found, last)), (
         f"{unit}: {', '.join(differ)}; if that is meant: python -m hw report {block} --unit {unit} --preset {PRESET} "
@@ -53,8 +53,8 @@ def test_area_and_clock_stay(family, block, unit, tmp_path, monkeypatch):
 
 
 BEFORE = Record(commit="a", date="2026-11-21", tools="", family="ecp5", preset=PRESET, parameters="", block="icu",
-                unit="Unit", latency=None, lut=1000, ff=500, dsp=2, bram=4, options="", seeds=(1, 2),
-                mhz=(100.0, 120.0))
+                unit="Unit", latency=None, lut=1000, ff=500, dsp=2, bram=4, options="", routing="timing-driven",
+                seeds=(1, 2), mhz=(100.0, 120.0))
 
 
 @pytest.mark.parametrize(("change", "fails"), [
@@ -91,6 +91,8 @@ def test_a_table_has_the_last_figures_of_its_units():
     assert text.startswith("before\n<!-- area: icu -->\n\n| unit | latency | LUT | FF | DSP | block RAM | MHz |")
     assert "\n| `Sbb` | 9 | 7 | 500 | 2 | 4 | 90 / 100 / 130 | 1, 2, 3 | b |\n\nECP5-85" in text
     assert 'Other options of nextpnr: `Sbb` with `--nextpnr "--router router2"`.' in " ".join(text.split())
+    routed = with_tables(marked, [replace(unit, options=" ".join(flow.OPTIONS), routing="routability-driven")])
+    assert "`Sbb` with `--nextpnr \"--placer-heap-timingweight 30\" --routability-driven`." in " ".join(routed.split())
     assert text.endswith("\n\n<!-- area: end -->\nafter\n")
     assert text.count("| `") == 1
     named = marked.replace("icu", "icu Ipbb Sbb")

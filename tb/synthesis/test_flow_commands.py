@@ -95,8 +95,20 @@ def test_routing_of_verilog_ignores_timing_and_must_meet_the_clock(commands, mon
                             "board.seed-2.placed.json"]
     assert routing[:3] == ["/bin/nextpnr-ecp5", "--json", "board.seed-2.placed.json"]
     routed = json.loads((tmp_path / "board.seed-2.placed.json").read_text())["modules"]["top"]["settings"]
-    assert routed == {"target_freq": "25000000", "seed": "2"} | flow._UNTIMED
+    assert routed == {"target_freq": "25000000", "seed": "2"} | flow._ROUTABILITY_DRIVEN
     assert routed["timing_driven"] == "0"
+
+
+def test_a_clock_of_a_routability_driven_route_may_be_below_the_target(commands, tmp_path):
+    found = place_and_route(tmp_path / "clock.json", seed=7, options=("--router", "router2"), routability_driven=True)
+    device = ["--85k", "--package", "CABGA381", "--speed", "6"]
+    files = ["--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", "105"]
+    assert commands == [
+        (["/bin/nextpnr-ecp5", "--json", "clock.json", *device, *files, "--router", "router2", "--seed", "7",
+          "--no-route", "--write", "clock.seed-7.placed.json"], "clock.seed-7.placed.log"),
+        (["/bin/nextpnr-ecp5", "--json", "clock.seed-7.placed.json", *device, *files, "--no-pack", "--no-place",
+          "--report", "clock.seed-7.report.json"], "clock.seed-7.nextpnr.log")]
+    assert found == Clock(seed=7, mhz=71.25, path="4.8 + 3.2 ns, a.count to b.sum")
 
 
 def test_area_counts_cells_of_all_modules_but_black_boxes(tmp_path):

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 import hw.report
 from golden.config import PRESETS
 from hw.cli import main
+from hw.history import Commit
 from hw.report import measure, spread, table
 from hw.synthesis.flow import OPTIONS, Clock
 
@@ -26,8 +27,8 @@ def calls(monkeypatch):
         found.append("netlist")
         return folder / "clock.json"
 
-    def placed(netlist, *, seed, options):
-        found.append((netlist.name, seed, options))
+    def placed(netlist, *, seed, options, routability_driven):
+        found.append((netlist.name, seed, options, routability_driven))
         return Clock(seed=seed, mhz=MHZ[seed], path=f"path {seed}")
 
     monkeypatch.setattr(hw.report, "synthesise_between_registers", synthesised)
@@ -37,7 +38,7 @@ def calls(monkeypatch):
 
 def test_one_netlist_is_placed_once_for_each_seed(calls, tmp_path):
     row = measure("ctu", "CellNumber", CONFIG, tmp_path, seeds=tuple(MHZ))
-    assert calls == ["netlist", *(("clock.json", seed, OPTIONS) for seed in MHZ)]
+    assert calls == ["netlist", *(("clock.json", seed, OPTIONS, False) for seed in MHZ)]
     assert {clock.seed: clock.mhz for clock in row.clocks} == MHZ
     written = json.loads((tmp_path / "CellNumber" / "row.json").read_text())
     assert [clock["seed"] for clock in written["clocks"]] == list(MHZ)
@@ -52,6 +53,28 @@ def test_one_netlist_is_placed_once_for_each_seed(calls, tmp_path):
     changed = table([row], block="ctu", preset="tiny", config=CONFIG.with_parameters(("icu.slots=16",)), family="ecp5",
                     seeds=(3,), options=OPTIONS)
     assert changed.endswith("; preset tiny icu.slots=16.\n")
+
+
+def test_routes_are_routability_driven_if_the_command_says_so(calls, monkeypatch, tmp_path):
+    recorded = []
+    monkeypatch.setattr("hw.history.measured_commit", lambda: Commit(name="a" * 10, date="2026-11-28"))
+    monkeypatch.setattr("hw.history.add_record", recorded.append)
+    command = ["report", "ctu", "--unit", "CellNumber", "--preset", "tiny", "--seed", "8", "--record", "-o", tmp_path]
+    for more, routing in ([], "timing-driven"), (["--routability-driven"], "routability-driven"):
+        result = CliRunner().invoke(main, [*map(str, command), *more])
+        assert result.exit_code == 0, result.output
+        assert calls.pop() == ("clock.json", 8, OPTIONS, bool(more))
+        assert ("routability-driven routing" in result.output) == bool(more)
+        assert recorded[-1].routing == routing
+
+
+@pytest.mark.parametrize("nothing", [["--no-route"], ["--family", "gowin"]])
+@pytest.mark.parametrize("more", [["--seed", "2"], ["--nextpnr", "--router router2"], ["--routability-driven"]])
+def test_options_of_a_route_are_refused_without_one(nothing, more, calls, tmp_path):
+    command = ["report", "ctu", "--unit", "CellNumber", "--preset", "tiny", "-o", str(tmp_path), *nothing, *more]
+    result = CliRunner().invoke(main, command)
+    assert (result.exit_code, result.output) == (2, f"error: report: {more[0]} needs place and route\n")
+    assert not calls
 
 
 @pytest.mark.parametrize(("clocks", "text"), [([99.6], "100"), ([120, 80], "80 / 100 / 120"), ([3, 1, 2], "1 / 2 / 3")])

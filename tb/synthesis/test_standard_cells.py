@@ -91,7 +91,7 @@ def test_the_command_writes_the_table(tmp_path):
 
 
 @pytest.mark.parametrize("more", [["--route"], ["--record"], ["--family", "xc7"], ["--seed", "2"],
-                                  ["--nextpnr", "--router router2"]])
+                                  ["--nextpnr", "--router router2"], ["--routability-driven"]])
 def test_what_an_fpga_has_alone_is_refused(more, tmp_path):
     command = ["report", "ctu", "--unit", "CellNumber", "--liberty", str(CELLS), "-o", str(tmp_path), *more]
     result = CliRunner().invoke(main, command)
