@@ -50,7 +50,7 @@ class _Address(click.ParamType):
               "of 64.")
 @click.option("--expected", is_flag=True, help="Also write the results that the core must leave, as text.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/image"), help="Write job.bin, job.h and, with "
-              "--expected, job.txt to this folder.")
+              "--expected, job.txt to this folder; they replace those of another job.")
 def image_command(scene, manifest, patches, every_patch, origin, normal, screen, rays, cell, hits, sums, base, expected,
                   folder):
     """Write what main memory must hold before a core casts frusta into SCENE.

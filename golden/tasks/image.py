@@ -137,6 +137,8 @@ def write_image(scene: str, frusta: ImageFrusta, manifest: Path, folder: Path, *
                 base: int = 0, hits: str = "full", sums: bool = False, expected: bool = False) -> tuple[dict, str]:
     """Write ``job.bin``, ``job.h`` and, if they are requested, the expected results ``job.txt`` into a folder.
 
+    They replace those of another job in the folder, its results too if none are requested.
+
     Parameters
     ----------
     scene
@@ -170,6 +172,8 @@ def write_image(scene: str, frusta: ImageFrusta, manifest: Path, folder: Path, *
     with ExitStack() as files:
         for name, data in contents.items():
             files.enter_context(whole_file(folder / name)).write_bytes(data)
+    if not expected:
+        (folder / "job.txt").unlink(missing_ok=True)
     paths, size = [str(folder / name) for name in contents], len(contents["job.bin"])
     given, = (phase.request for phase in job.phases)
     report = {"output": paths, "scene": scene, "frusta": len(given.records), "rays": sum(map(len, given.records)),

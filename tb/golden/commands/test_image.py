@@ -44,6 +44,15 @@ def test_the_same_files_every_time(manifest, tmp_path):
     assert not (tmp_path / "a" / "job.txt").exists()
 
 
+def test_results_of_another_job_do_not_stay(manifest, tmp_path):
+    given = ("image", "cornell", "--manifest", manifest, "--patch", 4, *SMALL, "-o", tmp_path)
+    report(*given, "--expected")
+    assert (tmp_path / "job.txt").exists()
+    printed = report(*given)
+    assert not (tmp_path / "job.txt").exists()
+    assert printed["output"] == [str(tmp_path / name) for name in ("job.bin", "job.h")]
+
+
 @pytest.mark.parametrize(("frusta", "count", "rays"), [
     (("--every-patch", *SMALL), 20, 256), (("--screen", "30x20"), 1, 600),
     (("--origin", "0.5,0.5,0.5", "--normal", "0,0,1", *SMALL), 1, 256)])
