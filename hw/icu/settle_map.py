@@ -128,16 +128,17 @@ class SettleMap(wiring.Component):
                          write_tag.en.eq(tags.o.valid & made.written)]
             return words.read_port(), kept.read_port()
 
-        def fresh(word, tag):
-            current = tag == generations.generation
-            return Mux(current, word, 0)
+        # Registered before it selects: the comparison and the many bits of a word are far from each other.
+        def is_current(tag):
+            return tag == generations.generation
 
         ports = reader("walk")
         pipeline = Pipeline(self.i_walk, self.o_walk)
         tile = pipeline.input(self.i_walk.payload.tile)
-        values = [pipeline.delay(pipeline.read(port, tile), 1) for port in ports]
+        codes, tag = (pipeline.read(port, tile) for port in ports)
         pipeline.output(self.o_walk.payload.word, pipeline.register(
-            lambda word, tag: fresh(word.as_value(), tag), *values))
+            lambda codes, current: Mux(current, codes.as_value(), 0), pipeline.delay(codes, 1),
+            pipeline.register(is_current, tag)))
         pipeline.output(self.o_walk.payload.tag, pipeline.input(self.i_walk.payload.tag))
         pipeline.add_to(m)
 
@@ -149,11 +150,10 @@ class SettleMap(wiring.Component):
         m.d.comb += [self.i_read.ready.eq(outstanding != capacity), accepts.eq(self.i_read.valid & self.i_read.ready)]
         m.d.sync += [outstanding.eq(outstanding + accepts - (queue.o.valid & queue.o.ready)),
                      ages.eq((ages << 1) | accepts)]
-        read = [Signal.like(port.data, reset_less=True) for port in ports]
-        found = Signal(copy["word"].shape, reset_less=True)
-        for port, value in zip(ports, read, strict=True):
-            m.d.comb += [port.addr.eq(self.i_read.payload), port.en.eq(1)]
-            m.d.sync += value.eq(port.data)
-        m.d.sync += found.eq(fresh(read[0].as_value(), read[1]))
+        m.d.comb += [(port.addr.eq(self.i_read.payload), port.en.eq(1)) for port in ports]
+        read, found = (Signal(copy["word"].shape, name=name, reset_less=True) for name in ("read", "found"))
+        current = Signal(reset_less=True)
+        m.d.sync += [read.eq(ports[0].data), current.eq(is_current(ports[1].data)),
+                     found.eq(Mux(current, read.as_value(), 0))]
         m.d.comb += [queue.i.valid.eq(ages[-1]), queue.i.payload.eq(found)]
         return m
