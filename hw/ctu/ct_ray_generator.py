@@ -44,7 +44,7 @@ class CtRayGenerator(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * bits(rows) + 3 * bits(columns) + 28`` cycles from a subshell to its first ray, ``rows`` and
+    Latency: ``3 * bits(rows) + 3 * bits(columns) + 30`` cycles from a subshell to its first ray, ``rows`` and
     ``columns`` the shell's. A group per cycle within a row; stalls with ``o``, a cycle later, and while too many stages
     are in flight.
 

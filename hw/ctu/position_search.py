@@ -37,7 +37,7 @@ class PositionSearch(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * bits(count) + 3`` cycles, ``bits(n)`` those of the number n. One search at a time.
+    Latency: ``3 * bits(count) + 4`` cycles, ``bits(n)`` those of the number n. One search at a time.
 
     Golden counterpart: `golden.ctu.sector`, which compares all positions.
     """
@@ -103,19 +103,26 @@ class PositionSearch(wiring.Component):
             m.d.sync += [sought.found.eq(0), sought.step.eq(highest), sought.is_end.eq(starts[1]),
                          address.eq(before + highest)]
 
+        # Registered: the outcome of a comparison goes to few bits at once.
+        bound = formats.position_bound
+        looked = Signal(StructLayout({
+            "exists": 1, "less": 1, "is_end": 1, "position": formats.position, "found": bits}), reset_less=True)
+        looks, ends = Signal(), Signal()
+        m.d.sync += [looks.eq(in_flight[2]), ends.eq(in_flight[2] & compared.step[0]), looked.exists.eq(exists),
+                     looked.less.eq(less), looked.is_end.eq(compared.is_end), looked.position.eq(position),
+                     looked.found.eq(found)]
         # The last position that was less is the one before the first that was not, and both have been looked at.
-        ends, bound = in_flight[2] & compared.step[0], formats.position_bound
         for is_end, target in enumerate((self.o.payload.low, self.o.payload.end)):
             with m.If(starts[is_end]):
                 m.d.sync += [target.least.eq(-(1 << bound.width - 1)), target.most.eq((1 << bound.width - 1) - 1)]
-            with m.Elif(in_flight[2] & exists & (compared.is_end == is_end)):
-                with m.If(less):
-                    m.d.sync += target.least.eq(position + 1)
+            with m.Elif(looks & looked.exists & (looked.is_end == is_end)):
+                with m.If(looked.less):
+                    m.d.sync += target.least.eq(looked.position + 1)
                 with m.Else():
-                    m.d.sync += target.most.eq(position)
-            with m.If(ends & (compared.is_end == is_end)):
-                m.d.sync += target.count.eq(found)
-        with m.If(ends & compared.is_end):
+                    m.d.sync += target.most.eq(looked.position)
+            with m.If(ends & (looked.is_end == is_end)):
+                m.d.sync += target.count.eq(looked.found)
+        with m.If(ends & looked.is_end):
             m.d.sync += [self.o.valid.eq(1), busy.eq(0)]
         with m.If(self.o.valid & self.o.ready):
             m.d.sync += self.o.valid.eq(0)

@@ -46,8 +46,8 @@ class RowPieces(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * bits(columns) + 16`` cycles, ``columns`` the shell's. Without a search a piece takes four cycles, and
-    a row one more; a search takes ``3 * bits(columns) + 3`` more. Stalls with ``o``.
+    Latency: ``3 * bits(columns) + 17`` cycles, ``columns`` the shell's. Without a search a piece takes four cycles, and
+    a row one more; a search takes ``3 * bits(columns) + 4`` more. Stalls with ``o``.
 
     Golden counterpart: `golden.ctu.sector`. Source: Shen 1993, section 5.3.4.3.
     """

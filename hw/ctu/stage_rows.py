@@ -44,7 +44,7 @@ class StageRows(wiring.Component):
 
     Timing
     ------
-    Latency: ``3 * bits(rows) + 10`` cycles from a subshell to its first stage, ``rows`` the shell's, and one less from
+    Latency: ``3 * bits(rows) + 11`` cycles from a subshell to its first stage, ``rows`` the shell's, and one less from
     there to the next one. One stage at a time; stalls with ``o`` and while too many are in flight.
 
     Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
