@@ -1,6 +1,6 @@
 """Cluster: casts one section after the other, and writes its own results."""
 
-from amaranth.hdl import Module, Mux, ResetInserter, Signal
+from amaranth.hdl import Cat, Module, Mux, ResetInserter, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -45,6 +45,8 @@ RECORDED = {"tested": "intersection_tested", "visited": "intersection_visited", 
             **{name: f"memory_{name}" for name in COUNTS[3:]}}
 # Streams between the ports and a unit.
 _MEMORY = ("o_request", "i_reply", "o_bus", "i_bus")
+# The tables of the memory system.
+_TABLES = ("cells", "lists", "types", "geometry")
 
 
 class ClusterSignature(wiring.Signature):
@@ -197,13 +199,14 @@ class Cluster(wiring.Component):
         wiring.connect(m, wiring.flipped(self.i_word), words.i)
         wiring.connect(m, load.o_table, entries.i)
         given, mine = words.o.payload, Signal()
+        sends = [getattr(tables, f"o_{name}").valid for name in _TABLES]
         m.d.comb += [
-            self.loads.eq(words.o.valid | entries.o.valid | load.o_grid.valid),
+            self.loads.eq(words.o.valid | entries.o.valid | load.o_grid.valid | Cat(sends).any()),
             mine.eq(given.is_all | (given.cluster == self.number)),
             load.i.valid.eq(words.o.valid & mine), load.i.payload.eq(given.item),
             words.o.ready.eq(load.i.ready),
             tables.i.valid.eq(words.o.valid & mine & load.i.ready), tables.i.payload.eq(given.item)]
-        for name in ("cells", "lists", "types", "geometry"):
+        for name in _TABLES:
             wiring.connect(m, getattr(tables, f"o_{name}"), getattr(memory, f"i_load_{name}"))
         wiring.connect(m, load.o_grid, traversal.i_table)
         table, ours = entries.o, intersection.i_table

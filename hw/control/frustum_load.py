@@ -43,7 +43,7 @@ class FrustumLoad(wiring.Component):
 
     Timing
     ------
-    Latency: ``0`` cycles of a word, 1 of grid rays and of numbers. One word per cycle; stalls with ``o_table``.
+    Latency: ``0`` cycles of a word, 1 of grid rays, 2 of numbers. One word per cycle; stalls with ``o_table``.
 
     Golden counterpart: `golden.memory_map`.
     """
@@ -63,9 +63,13 @@ class FrustumLoad(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
+        # The last data of each word of a record.
+        before = Signal(ArrayLayout(64, 4), reset_less=True)
+        with m.If(self.i.valid):
+            m.d.sync += before[self.i.payload.word].eq(self.i.payload.data)
         self._add_tables(m)
-        self._add_grid(m)
-        self._add_numbers(m)
+        self._add_grid(m, before)
+        self._add_numbers(m, before)
         return m
 
     def _add_tables(self, m):
@@ -82,13 +86,10 @@ class FrustumLoad(wiring.Component):
             with m.If((given.region == region) & (given.word == word)):
                 m.d.comb += [self.o_table.valid.eq(self.i.valid), out.kind.eq(kind), out.data.eq(data)]
 
-    def _add_grid(self, m):
+    def _add_grid(self, m, before):
         """Tables of grid rays: a record is written with its last word."""
         formats, given, out = self._formats, self.i.payload, self.o_grid
         low, high = given.data[:32], given.data[32:]
-        before = Signal(ArrayLayout(64, 4), reset_less=True)
-        with m.If(self.i.valid):
-            m.d.sync += before[given.word].eq(given.data)
 
         def half(word, is_high):
             return before[word][32:] if is_high else before[word][:32]
@@ -118,12 +119,14 @@ class FrustumLoad(wiring.Component):
             self.o_subshell.payload.address.eq(given.record), self.o_subshell.payload.patch.eq(low),
             self.o_subshell.payload.shell.eq(high)]
 
-    def _add_numbers(self, m):
-        """Numbers, in registers."""
+    def _add_numbers(self, m, before):
+        """Numbers, in registers; where a word goes is registered, as its readers are far from each other."""
         given = self.i.payload
         for region, field, elements in (("clusters", "subshells", [self.subshells]),
                                         ("cell_grid", "shape", list(self.cells))):
             for target, (word, is_high) in zip(elements, halves(region, field), strict=True):
-                half = given.data[32:] if is_high else given.data[:32]
-                with m.If(self.i.valid & (given.region == RegionNumber[region.upper()]) & (given.word == word)):
-                    m.d.sync += target.eq(half)
+                comes = Signal(name=f"{region}_{word}_{is_high}_comes")
+                m.d.sync += comes.eq(
+                    self.i.valid & (given.region == RegionNumber[region.upper()]) & (given.word == word))
+                with m.If(comes):
+                    m.d.sync += target.eq(before[word][32:] if is_high else before[word][:32])

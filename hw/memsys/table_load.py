@@ -1,6 +1,6 @@
 """Table load: words of a memory image to the tables of a cluster."""
 
-from amaranth.hdl import Module
+from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -35,10 +35,10 @@ class TableLoad(wiring.Component):
 
     Timing
     ------
-    Latency: ``0`` cycles. One word per cycle; never stalls.
+    Latency: ``1`` cycle. One word per cycle; never stalls.
     """
 
-    latency = 0
+    latency = 1
 
     def __init__(self, *, config: Config):
         formats = PathFormats(config)
@@ -50,11 +50,13 @@ class TableLoad(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        word = self.i.payload
+        # Registered: a word is decoded before it goes to the tables, which are far from each other.
+        word = Signal(self.i.payload.shape(), reset_less=True)
+        m.d.sync += word.eq(self.i.payload)
         for region, out in ((RegionNumber.CELLS, self.o_cells), (RegionNumber.PATCH_LISTS, self.o_lists),
                             (RegionNumber.RESIDENCE, self.o_types), (RegionNumber.PATCHES, self.o_geometry)):
             # The fields of these records are in the order of their bytes.
-            m.d.comb += [out.valid.eq(self.i.valid & (word.region == region)), out.payload.address.eq(word.record),
-                         out.payload.record.eq(word.data)]
+            m.d.sync += out.valid.eq(self.i.valid & (self.i.payload.region == region))
+            m.d.comb += [out.payload.address.eq(word.record), out.payload.record.eq(word.data)]
         m.d.comb += self.o_geometry.payload.word.eq(word.word)
         return m

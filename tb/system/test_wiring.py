@@ -79,7 +79,9 @@ CLUSTER_LINES = {
     # Words of the tables: those of all clusters and of this one.
     "load.i.valid": f"words.o.valid & {MINE}", "load.i.payload": "words.o.payload.item",
     "tables.i.valid": f"words.o.valid & {MINE} & load.i.ready", "tables.i.payload": "words.o.payload.item",
-    "words.o.ready": "load.i.ready", "self.loads": "words.o.valid | entries.o.valid | load.o_grid.valid",
+    "words.o.ready": "load.i.ready", "self.loads": " | ".join(f"{name}.valid" for name in (
+        "words.o", "entries.o", "load.o_grid", "tables.o_cells", "tables.o_lists", "tables.o_types",
+        "tables.o_geometry")),
     "traversal.i_slack.valid": "entries.o.valid & intersection.i_table.ready",
     "traversal.i_slack.payload": "entries.o.payload",
     "memory.scene": "self.scene", "memory.cluster": "self.number", "intersection.patches": "self.scene.patches",
