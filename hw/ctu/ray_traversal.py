@@ -278,18 +278,19 @@ class RayTraversal(wiring.Component):
         return several
 
     def _add_counters(self, m, events, *, begins, accepts):
-        """Events are registered before they are counted."""
+        """Events are registered twice before they are counted: where they are seen, and where the counters are."""
         counters, out = self.counters, self.o
         events |= {"cells": out.valid & out.ready & ~out.payload.final, "waits_for_cells": out.valid & ~out.ready}
         for name, event in events.items():
-            counts = Signal(name=f"counts_{name}")
-            m.d.sync += counts.eq(event)
+            seen, counts = Signal(name=f"sees_{name}"), Signal(name=f"counts_{name}")
+            m.d.sync += [seen.eq(event), counts.eq(seen)]
             with m.If(counts):
                 m.d.sync += counters[name].eq(counters[name] + 1)
         steps, requests = Signal.like(self._traversal.steps), Signal.like(self.i.payload["count"])
+        accepted, rays = Signal(), Signal.like(requests)
         m.d.sync += [
             steps.eq(self._traversal.steps), counters.steps.eq(counters.steps + sum(steps)),
-            requests.eq(Mux(accepts, self.i.payload["count"], 0)),
+            accepted.eq(accepts), rays.eq(self.i.payload["count"]), requests.eq(Mux(accepted, rays, 0)),
             counters.requests.eq(counters.requests + requests)]
         with m.If(begins):
             m.d.sync += counters.eq(0)
