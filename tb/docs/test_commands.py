@@ -250,7 +250,7 @@ def test_every_entry_is_of_a_command(pattern):
 @pytest.fixture
 def no_tools(monkeypatch):
     """Synthesis, place and route that measure nothing; figures are recorded nowhere."""
-    def measure(block, unit, config, folder, *, family, seeds, options):
+    def measure(block, unit, config, folder, *, family, seeds, options, routability_driven):
         made.append(unit)
         folder.mkdir(parents=True, exist_ok=True)
         return Row(unit=unit, area=Area(lut=1, ff=2, dsp=3, bram=4),
