@@ -14,7 +14,7 @@ from golden.schedule.phase import schedule
 from hw.control.frustum_load import FrustumLoad
 from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.icu_formats import IcuFormats, TableKind
-from hw.memsys.image_layout import RegionNumber
+from hw.memsys.image_layout import RegionNumber, halves
 from hw.memsys.memory_formats import MemoryFormats
 from tb.control.image_words import words
 from tb.ctu.grid_load import unit_writes
@@ -104,6 +104,25 @@ def test_tables_and_numbers(given):
     assert listed or record.is_screen
 
     assert numbers == {"cells": made.shelling.table.shape.tolist(), "subshells": len(listed)}
+
+
+def test_a_number_follows_its_word_by_two_cycles():
+    word, is_high = next(iter(halves("cell_grid", "shape")))
+    dut, seen = FrustumLoad(config=CONFIG), []
+
+    async def bench(ctx):
+        ctx.set(dut.o_table.ready, 1)
+        ctx.set(dut.i.payload, {"region": RegionNumber.CELL_GRID, "word": word, "data": 5 << 32 * is_high})
+        for valid in (1, 0, 0):
+            ctx.set(dut.i.valid, valid)
+            await ctx.tick()
+            seen.append(ctx.get(dut.cells[0]))
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
+    assert seen == [0, 5, 5]
 
 
 def test_numbers_are_those_of_the_last_image(given):
