@@ -127,8 +127,8 @@ def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTI
         Whether timing decides the placement only: on a nearly full chip the router finds no timing-driven route.
     """
     target = () if "--freq" in options else ("--freq", MHZ)
-    place = _place_then_route if routability_driven else _place
-    return place(netlist, ("--lpf-allow-unconstrained", "--timing-allow-fail", *target), options, seed=seed)
+    return _place_then_route(netlist, ("--lpf-allow-unconstrained", "--timing-allow-fail", *target), options, seed=seed,
+                             router=_ROUTABILITY_DRIVEN if routability_driven else {})
 
 
 def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int,
@@ -150,7 +150,7 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
         It does not fit, or misses the target clock.
     """
     netlist = _netlist_of_rtlil(rtlil_text, folder, name, FAMILIES["ecp5"])
-    return _pack(netlist, constraints, _place, seed=seed, options=options)
+    return _pack(netlist, constraints, seed=seed, options=options, router={})
 
 
 def verilog_bitstream(sources: tuple[Path, ...], constraints: str, folder: Path, name: str, *, seed: int,
@@ -162,14 +162,14 @@ def verilog_bitstream(sources: tuple[Path, ...], constraints: str, folder: Path,
     """
     read = [f'read_verilog -defer "{source.resolve()}"' for source in sources]
     netlist = _netlist(read, folder, name, FAMILIES["ecp5"])
-    return _pack(netlist, constraints, _place_then_route, seed=seed, options=options)
+    return _pack(netlist, constraints, seed=seed, options=options, router=_ROUTABILITY_DRIVEN)
 
 
-def _pack(netlist, constraints, place, *, seed, options):
+def _pack(netlist, constraints, *, seed, options, router):
     folder, name, area = netlist.parent, netlist.stem, _area(netlist, FAMILIES["ecp5"])
     write_text(folder / f"{name}.lpf", constraints)
     files = "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config"
-    clock = place(netlist, files, options, seed=seed)
+    clock = _place_then_route(netlist, files, options, seed=seed, router=router)
     _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
     return area, clock
 
@@ -194,31 +194,23 @@ def _rtlil(component, **options):
     return rtlil.convert(component, name="top", emit_src=False, **options)
 
 
-def _place(netlist, files, options, *, seed):
-    return _clock(netlist, f"{netlist.stem}.seed-{seed}", *files, *options, "--seed", seed, seed=seed)
-
-
-def _place_then_route(netlist, files, options, *, seed):
+def _place_then_route(netlist, files, options, *, seed, router):
+    """Two runs, with the placement in a file between them: it can be analysed, and routed again with other settings."""
     folder, name = netlist.parent, f"{netlist.stem}.seed-{seed}"
     placed = folder / f"{name}.placed.json"
     may_miss = () if "--timing-allow-fail" in files else ("--timing-allow-fail",)
+    # The tool sees the folder that it is started in and nothing else.
     _run([_program("nextpnr-ecp5"), "--json", netlist.name, *_DEVICE, *files, *options, "--seed", seed,
           *may_miss, "--no-route", "--write", placed.name], folder / f"{name}.placed.log")
     design = json.loads(placed.read_text())
     # The design keeps the options of its placement. An estimate may miss the clock; a route only with the option.
     settings = design["modules"]["top"]["settings"]
     del settings["timing/allowFail"]
-    settings.update(_ROUTABILITY_DRIVEN)
+    settings.update(router)
     placed.write_text(json.dumps(design))
-    return _clock(placed, name, *files, "--no-pack", "--no-place", seed=seed)
-
-
-def _clock(netlist, name, *options, seed):
-    folder = netlist.parent
     report = folder / f"{name}.report.json"
-    # The tool sees the folder that it is started in and nothing else.
-    _run([_program("nextpnr-ecp5"), "--json", netlist.name, *_DEVICE, *options, "--report", report.name],
-         folder / f"{name}.nextpnr.log")
+    _run([_program("nextpnr-ecp5"), "--json", placed.name, *_DEVICE, *files, "--no-pack", "--no-place",
+          "--report", report.name], folder / f"{name}.nextpnr.log")
     found = json.loads(report.read_text())
     mhz = min(clock["achieved"] for clock in found["fmax"].values())
     return Clock(seed=seed, mhz=mhz, path=_critical_path(found["critical_paths"]))

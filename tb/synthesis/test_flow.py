@@ -57,14 +57,14 @@ def test_the_reset_between_registers_is_that_of_the_chip(tmp_path):
 @pytest.mark.parametrize(("options", "expected"), [
     (("--placer", "static"), ["--freq", flow.MHZ]), (("--freq", "78"), ["--freq", "78"])])
 def test_one_target_frequency_is_given(options, expected, monkeypatch, tmp_path):
-    monkeypatch.setattr(flow, "_place", lambda netlist, files, options, *, seed: (*files, *options))
+    monkeypatch.setattr(flow, "_place_then_route", lambda netlist, files, options, **_: (*files, *options))
     given = list(flow.place_and_route(tmp_path / "clock.json", seed=1, options=options))
     at = given.index("--freq")
     assert given[at:at + 2] == expected
     assert given.count("--freq") == 1
 
 
-def test_settings_reach_the_router(tmp_path):
+def test_settings_reach_the_router(monkeypatch, tmp_path):
     """nextpnr ignores settings that it does not know. In its own design are those that it used, and all that came."""
     netlist = synthesise_between_registers(SkidBuffer(2), tmp_path)
     design = json.loads(netlist.read_text())
@@ -72,8 +72,15 @@ def test_settings_reach_the_router(tmp_path):
     plain = tmp_path / "plain.json"
     plain.write_text(json.dumps(design))
 
+    run = flow._run
+
+    def with_its_design(command, log):
+        run([*command, "--write", "routed.json"] if "--no-place" in command else command, log)
+
+    monkeypatch.setattr(flow, "_run", with_its_design)
+
     def used_with(given):
-        flow.place_and_route(given, seed=1, options=("--router", "router2", "--write", "routed.json"))
+        flow.place_and_route(given, seed=1, options=("--router", "router2"))
         return json.loads((tmp_path / "routed.json").read_text())["modules"]["top"]["settings"]
 
     used, own = used_with(netlist), used_with(plain)

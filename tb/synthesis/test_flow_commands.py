@@ -49,24 +49,31 @@ def commands(monkeypatch, tmp_path):
     return found
 
 
-def test_a_netlist_is_placed_on_the_device_with_its_seed(commands, tmp_path):
-    """The clock is the slowest one; its path the longest between registers, logic and routing apart."""
-    found = place_and_route(tmp_path / "clock.json", seed=7, options=("--router", "router2"))
-    assert commands == [([
-        "/bin/nextpnr-ecp5", "--json", "clock.json", "--85k", "--package", "CABGA381", "--speed", "6",
-        "--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", "105", "--router", "router2", "--seed", "7",
-        "--report", "clock.seed-7.report.json"], "clock.seed-7.nextpnr.log")]
+@pytest.mark.parametrize(("routability", "expected"), [
+    ({}, {"router2/bbMargin/x": "8"}), ({"routability_driven": True}, flow._ROUTABILITY_DRIVEN)],
+    ids=["timing", "routability"])
+def test_a_netlist_is_placed_with_its_seed_and_then_routed(commands, tmp_path, routability, expected):
+    """The clock is the slowest one, and may miss the target; its path the longest between registers, in two parts."""
+    found = place_and_route(tmp_path / "clock.json", seed=7, options=("--router", "router2"), **routability)
+    device = ["--85k", "--package", "CABGA381", "--speed", "6"]
+    files = ["--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", "105"]
+    assert commands == [
+        (["/bin/nextpnr-ecp5", "--json", "clock.json", *device, *files, "--router", "router2", "--seed", "7",
+          "--no-route", "--write", "clock.seed-7.placed.json"], "clock.seed-7.placed.log"),
+        (["/bin/nextpnr-ecp5", "--json", "clock.seed-7.placed.json", *device, *files, "--no-pack", "--no-place",
+          "--report", "clock.seed-7.report.json"], "clock.seed-7.nextpnr.log")]
+    routed = json.loads((tmp_path / "clock.seed-7.placed.json").read_text())["modules"]["top"]["settings"]
+    assert routed == {"target_freq": "25000000", "seed": "2"} | expected
     assert found == Clock(seed=7, mhz=71.25, path="4.8 + 3.2 ns, a.count to b.sum")
 
 
-@pytest.mark.parametrize(("make", "read", "steps", "options"), [
-    (lambda folder: bitstream("text", "LOCATE", folder, "board", **OPTIONS), "read_rtlil board.il", [],
-     ["--freq", "25", "--seed", "2"]),
+@pytest.mark.parametrize(("make", "read", "router"), [
+    (lambda folder: bitstream("text", "LOCATE", folder, "board", **OPTIONS), "read_rtlil board.il",
+     {"router2/bbMargin/x": "8"}),
     (lambda folder: verilog_bitstream((folder / "a.v",), "LOCATE", folder, "board", **OPTIONS),
-     'read_verilog -defer "{}/a.v"', ["board.seed-2.placed.log"], ["--no-pack", "--no-place"])],
-    ids=["RTLIL", "Verilog"])
-def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monkeypatch, tmp_path, make, read, steps,
-                                                                 options):
+     'read_verilog -defer "{}/a.v"', flow._ROUTABILITY_DRIVEN)], ids=["RTLIL", "Verilog"])
+def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monkeypatch, tmp_path, make, read, router):
+    """An estimate may miss the clock, a route must not. Only the route of Verilog, a whole SoC, ignores timing."""
     area = FAMILIES["ecp5"].area({})
     monkeypatch.setattr(flow, "_area", lambda netlist, family: area)
     reads = []
@@ -76,39 +83,16 @@ def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monke
     assert found is area
     assert clock.mhz == 71.25
     assert (tmp_path / "board.lpf").read_text() == "LOCATE"
-    *earlier, (placing, placed), (packing, packed) = commands
-    assert [log for _, log in earlier] == steps
-    assert placing[8:12] == ["--lpf", "board.lpf", "--textcfg", "board.config"]
-    assert placing[12:-2] == options
-    assert not {"--timing-allow-fail", "--lpf-allow-unconstrained"} & set(placing)
-    assert placing[-2:] == ["--report", "board.seed-2.report.json"]
-    assert packing == ["/bin/ecppack", "--compress", "board.config", "board.bit"]
-    assert (placed, packed) == ("board.seed-2.nextpnr.log", "board.ecppack.log")
-
-
-def test_routing_of_verilog_ignores_timing_and_must_meet_the_clock(commands, monkeypatch, tmp_path):
-    monkeypatch.setattr(flow, "_area", lambda netlist, family: FAMILIES["ecp5"].area({}))
-    monkeypatch.setattr(flow, "_netlist", lambda read, folder, name, _: folder / f"{name}.json")
-    verilog_bitstream((tmp_path / "a.v",), "LOCATE", tmp_path, "board", **OPTIONS)
-    placing, routing = (command for command, _ in commands[:2])
+    (placing, _), (routing, routed), (packing, packed) = commands
+    assert placing[8:12] == routing[8:12] == ["--lpf", "board.lpf", "--textcfg", "board.config"]
     assert placing[12:] == ["--freq", "25", "--seed", "2", "--timing-allow-fail", "--no-route", "--write",
                             "board.seed-2.placed.json"]
     assert routing[:3] == ["/bin/nextpnr-ecp5", "--json", "board.seed-2.placed.json"]
-    routed = json.loads((tmp_path / "board.seed-2.placed.json").read_text())["modules"]["top"]["settings"]
-    assert routed == {"target_freq": "25000000", "seed": "2"} | flow._ROUTABILITY_DRIVEN
-    assert routed["timing_driven"] == "0"
-
-
-def test_a_clock_of_a_routability_driven_route_may_be_below_the_target(commands, tmp_path):
-    found = place_and_route(tmp_path / "clock.json", seed=7, options=("--router", "router2"), routability_driven=True)
-    device = ["--85k", "--package", "CABGA381", "--speed", "6"]
-    files = ["--lpf-allow-unconstrained", "--timing-allow-fail", "--freq", "105"]
-    assert commands == [
-        (["/bin/nextpnr-ecp5", "--json", "clock.json", *device, *files, "--router", "router2", "--seed", "7",
-          "--no-route", "--write", "clock.seed-7.placed.json"], "clock.seed-7.placed.log"),
-        (["/bin/nextpnr-ecp5", "--json", "clock.seed-7.placed.json", *device, *files, "--no-pack", "--no-place",
-          "--report", "clock.seed-7.report.json"], "clock.seed-7.nextpnr.log")]
-    assert found == Clock(seed=7, mhz=71.25, path="4.8 + 3.2 ns, a.count to b.sum")
+    assert routing[12:] == ["--no-pack", "--no-place", "--report", "board.seed-2.report.json"]
+    assert packing == ["/bin/ecppack", "--compress", "board.config", "board.bit"]
+    assert (routed, packed) == ("board.seed-2.nextpnr.log", "board.ecppack.log")
+    settings = json.loads((tmp_path / "board.seed-2.placed.json").read_text())["modules"]["top"]["settings"]
+    assert settings == {"target_freq": "25000000", "seed": "2"} | router
 
 
 def test_area_counts_cells_of_all_modules_but_black_boxes(tmp_path):
