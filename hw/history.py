@@ -42,6 +42,8 @@ class Record:
     options, routing, seeds, mhz
         Options of nextpnr, ``timing-driven`` or ``routability-driven``, seeds of the placer, and the clock of each;
         empty if it was not placed.
+    mhz_grade_8
+        The clock of the same routes on a device of speed grade 8; empty where it was not analysed.
     """
 
     commit: str
@@ -61,6 +63,7 @@ class Record:
     routing: str
     seeds: tuple[int, ...]
     mhz: tuple[float, ...]
+    mhz_grade_8: tuple[float, ...]
 
     @classmethod
     def of(cls, row: Row, measured: Commit, **where: str) -> "Record":
@@ -68,7 +71,8 @@ class Record:
         area = row.area
         return cls(commit=measured.name, date=measured.date, unit=row.unit, latency=row.latency, lut=area.lut,
                    ff=area.ff, dsp=area.dsp, bram=area.bram, seeds=tuple(clock.seed for clock in row.clocks),
-                   mhz=tuple(round(clock.mhz, 1) for clock in row.clocks), **where)
+                   mhz=tuple(round(clock.mhz, 1) for clock in row.clocks),
+                   mhz_grade_8=tuple(round(clock.mhz_grade_8, 1) for clock in row.clocks), **where)
 
     @property
     def key(self) -> tuple[str, ...]:
@@ -77,7 +81,8 @@ class Record:
 
 
 _NUMBERS = {"latency": lambda text: int(text) if text else None, "lut": int, "ff": int, "dsp": int, "bram": int,
-            "seeds": lambda text: tuple(map(int, text.split())), "mhz": lambda text: tuple(map(float, text.split()))}
+            "seeds": lambda text: tuple(map(int, text.split())),
+            **dict.fromkeys(("mhz", "mhz_grade_8"), lambda text: tuple(map(float, text.split())))}
 
 
 def measured_commit(root: Path = ROOT) -> Commit:

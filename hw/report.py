@@ -149,7 +149,8 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, family: s
     several = " least / median / best" if len(seeds) > 1 else ""
     titles = ["unit", "latency", "LUT", "FF", "DSP", "block RAM"]
     titles += ["LUT folded"] if family == "ecp5" else []
-    titles += [f"Fmax (MHz){several}", "critical path" + (" of the best" if several else "")] if seeds else []
+    if seeds:
+        titles += [f"Fmax (MHz){several}", f"on grade 8{several}", "critical path" + (" of the best" if several else "")]
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     for row in rows:
         area = row.area
@@ -158,7 +159,8 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, family: s
         if row.clocks:
             best = max(row.clocks, key=lambda clock: clock.mhz)
             whose = f" (seed {best.seed})" if several else ""
-            cells += [spread(clock.mhz for clock in row.clocks), best.path + whose]
+            cells += [spread(clock.mhz for clock in row.clocks), spread(clock.mhz_grade_8 for clock in row.clocks),
+                      best.path + whose]
         lines.append(f"| {' | '.join(map(str, cells))} |")
     about = [tool_versions(clock=FAMILIES[family].has_clock)]
     about += [f"placer seed{'s' if several else ''} {', '.join(map(str, seeds))}, {' '.join(options)}"] if seeds else []

@@ -255,7 +255,7 @@ def no_tools(monkeypatch):
         folder.mkdir(parents=True, exist_ok=True)
         return Row(unit=unit, area=Area(lut=1, ff=2, dsp=3, bram=4),
                    latency=inspect(lambda: make_unit(block, unit, config), lambda one: getattr(one, "latency", None)),
-                   clocks=tuple(Clock(seed=seed, mhz=100.0, path="a path") for seed in seeds))
+                   clocks=tuple(Clock(seed=seed, mhz=100.0, path="a path", mhz_grade_8=130.0) for seed in seeds))
 
     made = []
     monkeypatch.setattr("hw.report.measure", measure)

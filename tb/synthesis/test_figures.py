@@ -54,7 +54,7 @@ def test_area_and_clock_stay(family, block, unit, tmp_path, monkeypatch):
 
 BEFORE = Record(commit="a", date="2026-11-21", tools="", family="ecp5", preset=PRESET, parameters="", block="icu",
                 unit="Unit", latency=None, lut=1000, ff=500, dsp=2, bram=4, options="", routing="timing-driven",
-                seeds=(1, 2), mhz=(100.0, 120.0))
+                seeds=(1, 2), mhz=(100.0, 120.0), mhz_grade_8=(130.0, 150.0))
 
 
 @pytest.mark.parametrize(("change", "fails"), [

@@ -57,14 +57,17 @@ def test_the_reset_between_registers_is_that_of_the_chip(tmp_path):
 @pytest.mark.parametrize(("options", "expected"), [
     (("--placer", "static"), ["--freq", flow.MHZ]), (("--freq", "78"), ["--freq", "78"])])
 def test_one_target_frequency_is_given(options, expected, monkeypatch, tmp_path):
-    monkeypatch.setattr(flow, "_place_then_route", lambda netlist, files, options, **_: (*files, *options))
-    given = list(flow.place_and_route(tmp_path / "clock.json", seed=1, options=options))
+    given = []
+    monkeypatch.setattr(flow, "_place_then_route", lambda netlist, files, options, **_: (
+        given.extend([*files, *options]) or flow.Clock(seed=1, mhz=1.0, path="")))
+    monkeypatch.setattr(flow, "_mhz_grade_8", lambda netlist, *, seed: 2.0)
+    flow.place_and_route(tmp_path / "clock.json", seed=1, options=options)
     at = given.index("--freq")
     assert given[at:at + 2] == expected
     assert given.count("--freq") == 1
 
 
-def test_settings_reach_the_router(monkeypatch, tmp_path):
+def test_settings_reach_the_router(tmp_path):
     """nextpnr ignores settings that it does not know. In its own design are those that it used, and all that came."""
     netlist = synthesise_between_registers(SkidBuffer(2), tmp_path)
     design = json.loads(netlist.read_text())
@@ -72,19 +75,20 @@ def test_settings_reach_the_router(monkeypatch, tmp_path):
     plain = tmp_path / "plain.json"
     plain.write_text(json.dumps(design))
 
-    run = flow._run
-
-    def with_its_design(command, log):
-        run([*command, "--write", "routed.json"] if "--no-place" in command else command, log)
-
-    monkeypatch.setattr(flow, "_run", with_its_design)
-
     def used_with(given):
         flow.place_and_route(given, seed=1, options=("--router", "router2"))
-        return json.loads((tmp_path / "routed.json").read_text())["modules"]["top"]["settings"]
+        return json.loads((tmp_path / f"{given.stem}.seed-1.routed.json").read_text())["modules"]["top"]["settings"]
 
     used, own = used_with(netlist), used_with(plain)
     assert used["router"] == own["router"] == "router2"
     assert settings.keys() <= own.keys(), "a setting that router2 does not know"
     assert {name: used[name] for name in settings} == settings
     assert all(own[name] != value for name, value in settings.items())
+
+
+@pytest.mark.parametrize("router", ["router1", "router2"])
+def test_the_clock_of_grade_8_is_of_the_same_routes(router, tmp_path):
+    netlist = synthesise_between_registers(SkidBuffer(2), tmp_path)
+    clock = flow.place_and_route(netlist, seed=1, options=("--router", router))
+    assert "Routing 0 arcs." in (tmp_path / "clock.seed-1.grade-8.log").read_text()
+    assert 1.15 * clock.mhz < clock.mhz_grade_8 < 1.5 * clock.mhz

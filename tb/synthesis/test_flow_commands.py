@@ -25,7 +25,7 @@ PATHS = [
         part("routing", 2.0), part("setup", 4.0, "x", "b.sum_LUT4_Z_1")]}]
 REPORT = {"fmax": {"$glbnet$clk": {"achieved": 90.5, "constraint": 105.0},
                    "other": {"achieved": 71.25, "constraint": 105.0}}, "critical_paths": PATHS}
-
+GRADE_8 = {"fmax": {"$glbnet$clk": {"achieved": 120.5}, "other": {"achieved": 95.0}}}
 
 PLACED = {"modules": {"top": {"settings": {"timing/allowFail": "1", "target_freq": "25000000", "seed": "2",
                                            "router2/bbMargin/x": "8"}}}}
@@ -40,7 +40,8 @@ def commands(monkeypatch, tmp_path):
     def run(command, log):
         found.append(([str(word) for word in command], log.name))
         if "--report" in command:
-            (log.parent / command[command.index("--report") + 1]).write_text(json.dumps(REPORT))
+            report = GRADE_8 if "8" in command else REPORT
+            (log.parent / command[command.index("--report") + 1]).write_text(json.dumps(report))
         if "--write" in command:
             (log.parent / command[command.index("--write") + 1]).write_text(json.dumps(PLACED))
 
@@ -61,10 +62,14 @@ def test_a_netlist_is_placed_with_its_seed_and_then_routed(commands, tmp_path, r
         (["/bin/nextpnr-ecp5", "--json", "clock.json", *device, *files, "--router", "router2", "--seed", "7",
           "--no-route", "--write", "clock.seed-7.placed.json"], "clock.seed-7.placed.log"),
         (["/bin/nextpnr-ecp5", "--json", "clock.seed-7.placed.json", *device, *files, "--no-pack", "--no-place",
-          "--report", "clock.seed-7.report.json"], "clock.seed-7.nextpnr.log")]
+          "--report", "clock.seed-7.report.json", "--write", "clock.seed-7.routed.json"], "clock.seed-7.nextpnr.log"),
+        (["/bin/nextpnr-ecp5", "--json", "clock.seed-7.grade-8.json", *device[:-1], "8", *files[:2], "--no-pack",
+          "--no-place", "--report", "clock.seed-7.grade-8.report.json"], "clock.seed-7.grade-8.log")]
     routed = json.loads((tmp_path / "clock.seed-7.placed.json").read_text())["modules"]["top"]["settings"]
     assert routed == {"target_freq": "25000000", "seed": "2"} | expected
-    assert found == Clock(seed=7, mhz=71.25, path="4.8 + 3.2 ns, a.count to b.sum")
+    analysed = json.loads((tmp_path / "clock.seed-7.grade-8.json").read_text())["modules"]["top"]["settings"]
+    assert analysed == PLACED["modules"]["top"]["settings"] | {"arch.speed": "8", "router": "router1"}
+    assert found == Clock(seed=7, mhz=71.25, path="4.8 + 3.2 ns, a.count to b.sum", mhz_grade_8=95.0)
 
 
 @pytest.mark.parametrize(("make", "read", "router"), [
@@ -81,14 +86,15 @@ def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monke
     found, clock = make(tmp_path)
     assert reads == [read.format(tmp_path)]
     assert found is area
-    assert clock.mhz == 71.25
+    assert (clock.mhz, clock.mhz_grade_8) == (71.25, None)
     assert (tmp_path / "board.lpf").read_text() == "LOCATE"
     (placing, _), (routing, routed), (packing, packed) = commands
     assert placing[8:12] == routing[8:12] == ["--lpf", "board.lpf", "--textcfg", "board.config"]
     assert placing[12:] == ["--freq", "25", "--seed", "2", "--timing-allow-fail", "--no-route", "--write",
                             "board.seed-2.placed.json"]
     assert routing[:3] == ["/bin/nextpnr-ecp5", "--json", "board.seed-2.placed.json"]
-    assert routing[12:] == ["--no-pack", "--no-place", "--report", "board.seed-2.report.json"]
+    assert routing[12:] == ["--no-pack", "--no-place", "--report", "board.seed-2.report.json", "--write",
+                            "board.seed-2.routed.json"]
     assert packing == ["/bin/ecppack", "--compress", "board.config", "board.bit"]
     assert (routed, packed) == ("board.seed-2.nextpnr.log", "board.ecppack.log")
     settings = json.loads((tmp_path / "board.seed-2.placed.json").read_text())["modules"]["top"]["settings"]

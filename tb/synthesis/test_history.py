@@ -12,7 +12,8 @@ from hw.synthesis.family import Area
 from hw.synthesis.flow import Clock
 
 ROW = Row(unit="Unit", latency=7, area=Area(lut=100, ff=50, dsp=2, bram=1),
-          clocks=tuple(Clock(seed=seed, mhz=mhz, path="a to b") for seed, mhz in ((1, 101.26), (2, 99.04))))
+          clocks=tuple(Clock(seed=seed, mhz=mhz, path="a to b", mhz_grade_8=mhz + 30)
+                       for seed, mhz in ((1, 101.26), (2, 99.04))))
 WHERE = {"tools": "one 1, two 2", "family": "ecp5", "preset": "small", "parameters": "icu.rays=64", "block": "icu",
          "options": "--placer-heap-timingweight 30", "routing": "timing-driven"}
 
@@ -24,11 +25,12 @@ def record(name="a" * 10, **changes):
 def test_what_is_written_is_read(tmp_path):
     path = tmp_path / "figures" / "history.csv"
     assert read_history(path) == []
-    given = [record(), record(unit="Area", latency=None, seeds=(), mhz=(), options="", routing="")]
+    given = [record(), record(unit="Area", latency=None, seeds=(), mhz=(), mhz_grade_8=(), options="", routing="")]
     for one in given:
         add_record(one, path)
     assert read_history(path) == given
     assert given[0].mhz == (101.3, 99.0)
+    assert given[0].mhz_grade_8 == (131.3, 129.0)
     assert len(path.read_text().splitlines()) == 3
 
 
