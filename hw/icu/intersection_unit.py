@@ -85,7 +85,7 @@ class IntersectionUnit(wiring.Component):
     Timing
     ------
     A patch every four cycles, one ray per cycle, see `PatchSetup`, `IcRayGenerator` and `IntersectionPipeline`. A
-    frustum is accepted ``4`` cycles after it is offered; every 2^``generation_bits`` - 1 frusta of a bank a cycle per
+    frustum is accepted ``6`` cycles after it is offered; every 2^``generation_bits`` - 1 frusta of a bank a cycle per
     ray of the section later, rounded up to a power of two, see `RayMemory`. At most ``slots`` patches are in flight.
 
     Golden counterpart: `golden.cast.naive_fixed.NaiveFixed`, `golden.icu`. Source: Shen 1993, section 5.3.5.
@@ -128,29 +128,34 @@ class IntersectionUnit(wiring.Component):
         begun_patch, leaves = Signal(), Signal()
         in_flight = Signal(range(2 * (TOKENS + self._config.icu.slots)))
         # Known a cycle after the last token, but in the cycle after the first vertex.
-        drained = Signal(init=1)
-        m.d.sync += [begun_patch.eq(gate.begins), drained.eq((in_flight == 0) & ~begun_patch & ~gate.begins)]
+        was_drained, drained = Signal(init=1), Signal()
+        m.d.sync += [begun_patch.eq(gate.begins), was_drained.eq((in_flight == 0) & ~begun_patch)]
+        m.d.comb += drained.eq(was_drained & ~begun_patch)
 
         # A frustum begins when both memories have begun it.
         begins, memory_begins, settle_begins, reads = Signal(), Signal(), Signal(), Signal()
-        begun, settle_begun, accepts = Signal(), Signal(), Signal()
+        may_begin, begun, settle_begun, accepts = Signal(), Signal(), Signal(), Signal()
         # Once the banks have been swapped, the active bank is no longer the one that is read out.
         free = begun | ~(read_out.busy & (read_out.bank != memory.active))
-        # Registered: the tiles of a section, rounded up to a power of two, are known a cycle after it.
-        section, across, known = self.i_frustum.payload.section, self.i_frustum.payload.tiles_across, Signal()
+        # Registered: the tiles of a section, rounded up to a power of two, are known two cycles after it.
+        section, is_offered, known = self.i_frustum.payload.section, self.i_frustum.valid & ~accepts, Signal(2)
         icu, tiles = self._config.icu, Signal.like(settle.tiles)
         down = (section.end_row - section.first_row - 1)[:icu.side_bits] >> icu.tile_bits
-        m.d.sync += [known.eq(self.i_frustum.valid & ~accepts),
-                     tiles.eq(_product(across, down, settle.tiles.shape().width - 1))]
+        columns, rows = Signal(settle.tiles.shape().width), Signal(settle.tiles.shape().width)
+        m.d.sync += [known.eq(Cat(is_offered, known[0] & is_offered)), tiles.eq(_product(columns, rows)),
+                     columns.eq(_reaches(self.i_frustum.payload.tiles_across, len(columns))),
+                     rows.eq(_reaches_behind(down, len(rows)))]
         m.d.comb += [
             settle.tiles.eq(tiles), memory.rays.eq(tiles << 2 * icu.tile_bits),
             # A frustum that is known waits.
-            begins.eq(known & drained & free & ~reads),
+            may_begin.eq(known[1] & drained & free & ~reads & ~accepts),
             memory.i_start.valid.eq(begins & ~begun), settle.i_start.valid.eq(begins & ~settle_begun),
             memory_begins.eq(memory.i_start.valid & memory.i_start.ready),
             settle_begins.eq(settle.i_start.valid & settle.i_start.ready),
             self.i_frustum.ready.eq(accepts)]
-        m.d.sync += accepts.eq(begins & begun & settle_begun & ~accepts)
+        # Registered: both memories begin with much logic.
+        has_begun = begins & begun & settle_begun
+        m.d.sync += [begins.eq(may_begin & ~has_begun), accepts.eq(has_begun)]
         with m.If(memory_begins):
             m.d.sync += begun.eq(1)
         with m.If(settle_begins):
@@ -158,11 +163,12 @@ class IntersectionUnit(wiring.Component):
         with m.If(accepts):
             m.d.sync += [frustum.eq(self.i_frustum.payload), has_frustum.eq(1), begun.eq(0), settle_begun.eq(0)]
 
-        # Tables.
-        table = self.i_table
+        # Tables, with a register to where their memories lie.
+        table, is_written, entry = self.i_table, Signal(), Signal(formats.table_write, reset_less=True)
         m.d.comb += table.ready.eq(drained & ~(read_out.busy & (table.payload.kind == TableKind.WEIGHT)))
+        m.d.sync += [is_written.eq(table.valid & table.ready), entry.eq(table.payload)]
         for block in (setup, pipeline, sums):
-            m.d.comb += [block.i_table.valid.eq(table.valid & table.ready), block.i_table.payload.eq(table.payload)]
+            m.d.comb += [block.i_table.valid.eq(is_written), block.i_table.payload.eq(entry)]
 
         # Setup and rays.
         # The ray memory cannot update and read the same bank.
@@ -179,9 +185,9 @@ class IntersectionUnit(wiring.Component):
         m.d.sync += is_screen.eq(frustum.is_screen)
         for name, _ in formats.slot_record:
             wiring.connect(m, getattr(setup, f"o_{name}"), getattr(pipeline, f"i_{name}"))
-        # Windows whose token is outstanding. The comparison is a cycle late: a window may enter meanwhile.
-        outstanding, enters, has_credit = Signal(range(TOKENS + 1)), Signal(), Signal()
-        m.d.sync += has_credit.eq(outstanding < TOKENS - 1)
+        # Windows whose token is outstanding. The comparison is two cycles late: two windows may enter meanwhile.
+        outstanding, enters, entered, has_credit = Signal(range(TOKENS + 1)), Signal(), Signal(), Signal()
+        m.d.sync += [has_credit.eq(outstanding < TOKENS - 2), entered.eq(enters)]
         m.d.comb += [
             enters.eq(setup.o.valid & setup.o.ready), generator.i.valid.eq(setup.o.valid & has_credit),
             generator.i.payload.eq(setup.o.payload), setup.o.ready.eq(generator.i.ready & has_credit),
@@ -204,12 +210,12 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [tokens.i.valid.eq(pipeline.o_done.valid), tokens.i.payload.eq(pipeline.o_done.payload)]
         m.d.sync += leaves.eq(self.o_done.valid & self.o_done.ready)
         wiring.connect(m, tokens.o, wiring.flipped(self.o_done))
-        m.d.sync += [outstanding.eq(outstanding + enters - leaves), in_flight.eq(in_flight + begun_patch - leaves)]
+        m.d.sync += [outstanding.eq(outstanding + entered - leaves), in_flight.eq(in_flight + begun_patch - leaves)]
 
         # Read-out and sums.
         wiring.connect(m, wiring.flipped(self.i_settle), settle.i_read)
         wiring.connect(m, settle.o_read, wiring.flipped(self.o_settle))
-        is_readable = has_frustum & drained & read_now & ~begins
+        is_readable = has_frustum & drained & read_now & ~may_begin & ~begins
         m.d.sync += reads.eq(self.i_read_out.valid & is_readable & read_out.i.ready & ~reads)
         m.d.comb += [
             read_out.i.valid.eq(reads), self.i_read_out.ready.eq(reads), read_out.i.payload.bank.eq(memory.active),
@@ -244,11 +250,19 @@ class IntersectionUnit(wiring.Component):
         return m
 
 
-def _product(across, down, most):
-    """``across`` times (``down`` + 1), both rounded up to powers of two, at most 2^``most``."""
-    # Whether a factor is at least 2^k, and then whether the product is: nothing is added.
-    across, down = (Cat(value, Const(0, most)) for value in (across, down))
-    columns = [Const(1), *(across[k + 1:].any() | (across[k] & across[:k].any()) for k in range(most))]
-    rows = [Const(1), *(down[k:].any() for k in range(most))]
-    reaches = [Cat(columns[k] & rows[n - k] for k in range(n + 1)).any() for n in range(most + 1)]
+def _reaches(number, count):
+    """Bit k of ``count``: whether ``number``, rounded up to a power of two, is at least 2^k."""
+    number = Cat(number, Const(0, count))
+    return Cat(Const(1), *(number[k + 1:].any() | (number[k] & number[:k].any()) for k in range(count - 1)))
+
+
+def _reaches_behind(number, count):
+    """`_reaches` of ``number`` + 1: nothing is added."""
+    number = Cat(number, Const(0, count))
+    return Cat(Const(1), *(number[k:].any() for k in range(count - 1)))
+
+
+def _product(columns, rows):
+    """Of two powers of two, given as `_reaches`; one beyond all bits is 0."""
+    reaches = [Cat(columns[k] & rows[n - k] for k in range(n + 1)).any() for n in range(len(rows))]
     return Cat(*(at_least & ~more for at_least, more in pairwise([*reaches, Const(0)])))

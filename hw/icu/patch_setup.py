@@ -102,7 +102,7 @@ class PatchSetup(wiring.Component):
                 or seen + self._sbb.latency + self._clip.latency >= factor + self._bound.latency:
             raise ValueError("Latencies must be such that planes come before coordinates, a screen's window before the "
                              "plane factor, and the clipped window before the bound")
-        self.latency = factor + self._bound.latency + 2
+        self.latency = factor + self._bound.latency + 3
 
     def elaborate(self, platform):
         m = Module()
@@ -156,11 +156,13 @@ class PatchSetup(wiring.Component):
         # Patches that cannot be hit, by slot.
         own, dropped = Signal(slots), Signal(slots)
         source, enters = frustum.source, Signal()
-        seen_own, seen_slot = Signal(reset_less=True), Signal.like(entered.slot, reset_less=True)
+        # The comparison in two halves and two cycles.
+        surface, half = entered.item.surface, len(entered.item.surface) // 2
+        seen_own, seen_slot = Signal(3, reset_less=True), Signal.like(entered.slot, reset_less=True)
         m.d.sync += [enters.eq(queue.o.valid), seen_slot.eq(entered.slot),
-                     seen_own.eq((entered.item.surface == source) & (source >= 0))]
+                     seen_own.eq(Cat(surface[:half] == source[:half], surface[half:] == source[half:], source >= 0))]
         with m.If(enters):
-            m.d.sync += own.bit_select(seen_slot, 1).eq(seen_own)
+            m.d.sync += own.bit_select(seen_slot, 1).eq(seen_own.all())
         with m.If(found):
             m.d.sync += dropped.bit_select(made.slot, 1).eq(made.part.dropped)
 
@@ -189,12 +191,15 @@ class PatchSetup(wiring.Component):
 
         m.submodules.ready = ready = Queue(formats.patch_window, depth=slots)
         wiring.connect(m, ready.o, wiring.flipped(self.o))
-        slot = bound.o.payload.slot
-        window, is_known = Signal(formats.patch_window, reset_less=True), Signal()
+        # Registered before the slot's bits are looked up and after that: they lie where the slots are decided.
+        (early, is_early), (window, is_known) = ((Signal(formats.patch_window, reset_less=True), Signal())
+                                                 for _ in range(2))
         is_unseen = Signal(2, reset_less=True)
         m.d.sync += [
-            is_known.eq(bound.o.valid), window.slot.eq(slot), window.threshold.eq(bound.o.payload.threshold),
-            window.window.eq(clipped), is_unseen.eq(Cat(own.bit_select(slot, 1), dropped.bit_select(slot, 1)))]
+            is_early.eq(bound.o.valid), early.slot.eq(bound.o.payload.slot),
+            early.threshold.eq(bound.o.payload.threshold), early.window.eq(clipped),
+            is_known.eq(is_early), window.eq(early),
+            is_unseen.eq(Cat(own.bit_select(early.slot, 1), dropped.bit_select(early.slot, 1)))]
         m.d.comb += [ready.i.valid.eq(is_known), ready.i.payload.eq(window)]
         with m.If(is_unseen.any()):
             m.d.comb += ready.i.payload.window.eq(0)

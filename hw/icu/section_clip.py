@@ -1,6 +1,6 @@
 """Section clip: the part of a window that belongs to the cluster's section."""
 
-from amaranth.hdl import Module, Mux
+from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -29,11 +29,11 @@ class SectionClip(wiring.Component):
     o : Out, stream of ``slot``, ``window``, always ready
         `IcuFormats.section_window`.
     frustum : In, `Formats.frustum`
-        Stable while patches are in flight.
+        Stable while patches are in flight, and in the cycle before.
 
     Timing
     ------
-    Latency: ``6`` cycles. A window per cycle; nothing stalls.
+    Latency: ``8`` cycles. A window per cycle; nothing stalls.
 
     Golden counterpart: `golden.icu.section_clip.section_clip`.
     """
@@ -54,8 +54,9 @@ class SectionClip(wiring.Component):
             """Of the frustum; stable long before its patches arrive."""
             return pipeline.constant(function)
 
-        across = constant(section.end_column - section.first_column)
-        down = constant(section.end_row - section.first_row)
+        # Registers: the sides of the section, known a cycle after the frustum.
+        self._across, self._down = Signal(formats.count), Signal(formats.count)
+        across, down = constant(self._across), constant(self._down)
 
         def not_below_zero(value):
             return Mux(value < 0, 0, value)
@@ -63,18 +64,22 @@ class SectionClip(wiring.Component):
         def step(function, *operands):
             return pipeline.register(function, *operands)
 
-        first = step(lambda value, origin: value - origin, pipeline.input(given.column_first),
-                     constant(section.first_column))
-        last = step(lambda first, count: first + count, first, pipeline.input(given.column_count))
+        # A register in front: the window comes from one of two blocks.
+        column_first, column_count, row_first, row_count = (pipeline.delay(pipeline.input(given[name]), 1) for name in (
+            "column_first", "column_count", "row_first", "row_count"))
+        first = step(lambda value, origin: value - origin, column_first, constant(section.first_column))
+        last = step(lambda first, count: first + count, first, column_count)
         before = pipeline.combine(lambda first: first < 0, first)
         front = step(lambda last, across: Mux(last < across, last, across), last, across)
-        front = step(lambda end, first, before: Mux(before, 0, not_below_zero(end - first)), front, first, before)
+        front = step(lambda end, first: end - first, front, first)
+        front = step(lambda front, before: Mux(before, 0, not_below_zero(front)), front, before)
         over = step(lambda last, before: Mux(before, last, last - frustum.columns), last, before)
-        wrapped = step(lambda over, before, across: Mux(
-            before | ~frustum.is_screen, not_below_zero(Mux(over < across, over, across)), 0), over, before, across)
+        wrapped = step(lambda over, across: Mux(over < across, over, across), over, across)
+        wrapped = step(lambda wrapped, before: Mux(before | ~frustum.is_screen, not_below_zero(wrapped), 0), wrapped,
+                       before)
 
-        top = step(lambda value, origin: value - origin, pipeline.input(given.row_first), constant(section.first_row))
-        bottom = step(lambda top, count: top + count, top, pipeline.input(given.row_count))
+        top = step(lambda value, origin: value - origin, row_first, constant(section.first_row))
+        bottom = step(lambda top, count: top + count, top, row_count)
         top = step(not_below_zero, top)
         bottom = step(lambda bottom, down: Mux(bottom < down, bottom, down), bottom, down)
         rows = step(lambda top, bottom: bottom - top, top, bottom)
@@ -100,4 +105,7 @@ class SectionClip(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         self._pipeline.add_to(m)
+        section = self.frustum.section
+        m.d.sync += [self._across.eq(section.end_column - section.first_column),
+                     self._down.eq(section.end_row - section.first_row)]
         return m

@@ -1,6 +1,6 @@
 """Settle map: a conservative floor of each ray's best inverse distance, a tile of rays to a word."""
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
@@ -22,9 +22,9 @@ class SettleMap(wiring.Component):
     """Codes of the rays, written when a ray has found something nearer, read by the window walk and by survival.
 
     Each reader has a copy of its own. A code that is read may be outdated, and is too small then, which only costs a
-    test: the codes of a frustum never fall. A word belongs to the
-    generation in which it was written first; the writer keeps the tags too, and gives the other rays of a word that it
-    is the first to write code 0.
+    test: the codes of a frustum never fall. One that is being written is read as 0. A word belongs to the generation in
+    which it was written first; the writer keeps the tags too, and gives the other rays of a word that it is the first
+    to write code 0.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class SettleMap(wiring.Component):
     -------
     i_start : In, stream without payload
         Begins a frustum: all codes are 0. The sender ensures that no write is in flight, and that no read comes in the
-        next four cycles: the last rows of a sweep are still being written.
+        next three cycles: the last rows of a sweep are still being written.
     tiles : In(range(tiles + 1))
         The tiles of the frustum that begins are below it. Initially all. Stable while ``i_start`` is valid.
     i : In, stream of ``ray``, ``inverse``, always ready
@@ -114,13 +114,10 @@ class SettleMap(wiring.Component):
             m.d.comb += [word[lane].eq(Mux(mine, made.tag.code, 0)),
                          lanes_written[lane].eq(tags.o.valid & (mine | made.written))]
 
-        # The rows that have left the generation's memory, one cycle apart from those that are being looked at.
-        copy = StructLayout({"word": formats.settle_word, "generation": icu.generation_bits})
-
         def reader(name):
-            """A copy: its read ports, and what a word means now."""
-            words = Memory(shape=formats.settle_word, depth=tiles, init=[])
-            kept = Memory(shape=icu.generation_bits, depth=tiles, init=[])
+            """A copy: its read ports. What is read of codes that are being written is not used."""
+            words = Memory(shape=formats.settle_word, depth=tiles, init=[], attrs={"no_rw_check": 1})
+            kept = Memory(shape=icu.generation_bits, depth=tiles, init=[], attrs={"no_rw_check": 1})
             m.submodules[f"{name}_words"], m.submodules[f"{name}_tags"] = words, kept
             write, write_tag = words.write_port(granularity=1), kept.write_port()
             m.d.comb += [write.addr.eq(made.address), write.data.eq(word), write.en.eq(lanes_written),
@@ -128,17 +125,25 @@ class SettleMap(wiring.Component):
                          write_tag.en.eq(tags.o.valid & made.written)]
             return words.read_port(), kept.read_port()
 
+        were_written = Signal.like(lanes_written)
+        m.d.sync += were_written.eq(lanes_written)
+
+        def is_written(tile):
+            return tile == made.address
+
         # Registered before it selects: the comparison and the many bits of a word are far from each other.
-        def is_current(tag):
-            return tag == generations.generation
+        def is_current(tag, written):
+            return (tag == generations.generation).replicate(lanes) & ~(were_written & written.replicate(lanes))
+
+        def current_codes(codes, current):
+            return Cat(Mux(current[lane], codes[lane], 0) for lane in range(lanes))
 
         ports = reader("walk")
         pipeline = Pipeline(self.i_walk, self.o_walk)
         tile = pipeline.input(self.i_walk.payload.tile)
         codes, tag = (pipeline.read(port, tile) for port in ports)
-        pipeline.output(self.o_walk.payload.word, pipeline.register(
-            lambda codes, current: Mux(current, codes.as_value(), 0), pipeline.delay(codes, 1),
-            pipeline.register(is_current, tag)))
+        current = pipeline.register(is_current, tag, pipeline.register(is_written, tile))
+        pipeline.output(self.o_walk.payload.word, pipeline.register(current_codes, pipeline.delay(codes, 1), current))
         pipeline.output(self.o_walk.payload.tag, pipeline.input(self.i_walk.payload.tag))
         pipeline.add_to(m)
 
@@ -151,9 +156,9 @@ class SettleMap(wiring.Component):
         m.d.sync += [outstanding.eq(outstanding + accepts - (queue.o.valid & queue.o.ready)),
                      ages.eq((ages << 1) | accepts)]
         m.d.comb += [(port.addr.eq(self.i_read.payload), port.en.eq(1)) for port in ports]
-        read, found = (Signal(copy["word"].shape, name=name, reset_less=True) for name in ("read", "found"))
-        current = Signal(reset_less=True)
-        m.d.sync += [read.eq(ports[0].data), current.eq(is_current(ports[1].data)),
-                     found.eq(Mux(current, read.as_value(), 0))]
+        read, found = (Signal(formats.settle_word, name=name, reset_less=True) for name in ("read", "found"))
+        is_hit, current = Signal(reset_less=True), Signal(lanes, reset_less=True)
+        m.d.sync += [read.eq(ports[0].data), is_hit.eq(is_written(self.i_read.payload)),
+                     current.eq(is_current(ports[1].data, is_hit)), found.eq(current_codes(read, current))]
         m.d.comb += [queue.i.valid.eq(ages[-1]), queue.i.payload.eq(found)]
         return m

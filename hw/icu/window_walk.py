@@ -106,8 +106,11 @@ class WindowWalk(wiring.Component):
             return Cat((~at_first | (k >= first[:side])) & (~at_last | (k <= last[:side])) for k in range(1 << side))
 
         step, out, enable, ends_next = self.o.payload, self.o, Signal(), Signal()
-        m.d.comb += [enable.eq(~walks | out.ready | ~out.valid), begins.ready.eq(loads & enable)]
-        with m.If(out.ready | ~out.valid):
+        # Of ``walks & out.valid`` a copy: what enables a window's many registers has a LUT less in front of it.
+        steps, is_held = out.ready | ~out.valid, Signal()
+        m.d.comb += [enable.eq(~is_held | out.ready), begins.ready.eq(loads & enable)]
+        m.d.sync += is_held.eq(Mux(loads & enable, begins.valid, walks) & Mux(steps, walks, out.valid))
+        with m.If(steps):
             columns = inside(first_column, first_of_piece, last_column, piece.last)
             rows = inside(tile_row == walked.row_first[side:], walked.row_first, last_row, walked.rows.last)
             m.d.sync += [

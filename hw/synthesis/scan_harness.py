@@ -9,6 +9,7 @@ __all__ = ["ScanHarness"]
 
 class ScanHarness(wiring.Component):
     """Every input bit comes from a register, and every output bit ends in one, so that paths of ports are timed too.
+    These registers are not those that are shifted, which draw each other together.
 
     The reset is the global one of the ECP5 (``SGSR``), which needs no routing, as on the board.
 
@@ -24,11 +25,9 @@ class ScanHarness(wiring.Component):
     i : In(1)
         Next bit of the inputs' shift register.
     capture : In(1)
-        Capture all outputs; otherwise they are shifted towards ``o``.
+        Capture all outputs of the cycle before; otherwise they are shifted towards ``o``.
     o : Out(1)
         Last bit of the outputs' shift register.
-    input_bits, output_bits : int
-        Registers of the harness itself, to be subtracted from a count.
 
     Timing
     ------
@@ -48,14 +47,15 @@ class ScanHarness(wiring.Component):
         ports = [(member, value) for member, value in ports if not isinstance(value, Const)]
         self._inputs = Cat(value for member, value in ports if member.flow is In)
         self._outputs = Cat(value for member, value in ports if member.flow is Out)
-        self.input_bits, self.output_bits = len(self._inputs), len(self._outputs)
 
     def elaborate(self, platform):
         m = Module()
         m.domains.sync = ClockDomain(reset_less=True)
         m.submodules.component = self._component
         m.submodules.reset = Instance("SGSR", i_CLK=self.clk, i_GSR=~self.rst)
-        given, taken = Signal(self.input_bits), Signal(self.output_bits)
-        m.d.comb += [ClockSignal().eq(self.clk), self._inputs.eq(given), self.o.eq(taken[-1])]
-        m.d.sync += [given.eq(Cat(self.i, given)), taken.eq(Mux(self.capture, self._outputs, Cat(0, taken)))]
+        shifted, given = Signal(len(self._inputs)), Signal(len(self._inputs))
+        captured, taken = Signal(len(self._outputs)), Signal(len(self._outputs))
+        m.d.comb += [ClockSignal().eq(self.clk), self._inputs.eq(given), self.o.eq(captured[-1])]
+        m.d.sync += [shifted.eq(Cat(self.i, shifted)), given.eq(shifted), taken.eq(self._outputs),
+                     captured.eq(Mux(self.capture, taken, Cat(0, captured)))]
         return m
