@@ -150,7 +150,8 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, family: s
     titles = ["unit", "latency", "LUT", "FF", "DSP", "block RAM"]
     titles += ["LUT folded"] if family == "ecp5" else []
     if seeds:
-        titles += [f"Fmax (MHz){several}", f"on grade 8{several}", "critical path" + (" of the best" if several else "")]
+        titles += [f"Fmax (MHz){several}", f"Fmax on grade 8 (MHz){several}",
+                   "critical path" + (" of the best" if several else "")]
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     for row in rows:
         area = row.area

@@ -42,8 +42,9 @@ def report(block, units, family, liberty, route, seeds, nextpnr, routability_dri
            assignments):
     """Measure area and clock of each unit of BLOCK alone, with open tools.
 
-    The clock is of an ECP5-85; other families have the area only. Prints a table and writes it to FOLDER/BLOCK.md, with
-    the tools' logs beside it. With --liberty it is of an ASIC, and FOLDER/BLOCK-cells.md has area and delay.
+    The clocks are of an ECP5-85 of speed grades 6 and 8; other families have the area only. Prints a table and writes
+    it to FOLDER/BLOCK.md, with the tools' logs beside it. With --liberty it is of an ASIC, and FOLDER/BLOCK-cells.md
+    has area and delay.
     """
     from golden.config import PRESETS
     from golden.errors import InputError

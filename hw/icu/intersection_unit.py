@@ -85,8 +85,9 @@ class IntersectionUnit(wiring.Component):
     Timing
     ------
     A patch every four cycles, one ray per cycle, see `PatchSetup`, `IcRayGenerator` and `IntersectionPipeline`. A
-    frustum is accepted ``6`` cycles after it is offered; every 2^``generation_bits`` - 1 frusta of a bank a cycle per
-    ray of the section later, rounded up to a power of two, see `RayMemory`. At most ``slots`` patches are in flight.
+    frustum is accepted ``5`` cycles after it is offered if nothing is in flight or read out; every
+    2^``generation_bits`` - 1 frusta of a bank a cycle per ray of the section later, rounded up to a power of two, see
+    `RayMemory`. At most ``slots`` patches are in flight.
 
     Golden counterpart: `golden.cast.naive_fixed.NaiveFixed`, `golden.icu`. Source: Shen 1993, section 5.3.5.
     """
@@ -127,7 +128,7 @@ class IntersectionUnit(wiring.Component):
         frustum, has_frustum = Signal(formats.frustum), Signal()
         begun_patch, leaves = Signal(), Signal()
         in_flight = Signal(range(2 * (TOKENS + self._config.icu.slots)))
-        # Known a cycle after the last token, but in the cycle after the first vertex.
+        # It rises some cycles after the last token, but is 0 from the cycle after a patch's first vertex on.
         was_drained, drained = Signal(init=1), Signal()
         m.d.sync += [begun_patch.eq(gate.begins), was_drained.eq((in_flight == 0) & ~begun_patch)]
         m.d.comb += drained.eq(was_drained & ~begun_patch)
@@ -144,16 +145,16 @@ class IntersectionUnit(wiring.Component):
         columns, rows = Signal(settle.tiles.shape().width), Signal(settle.tiles.shape().width)
         m.d.sync += [known.eq(Cat(is_offered, known[0] & is_offered)), tiles.eq(_product(columns, rows)),
                      columns.eq(_reaches(self.i_frustum.payload.tiles_across, len(columns))),
-                     rows.eq(_reaches_behind(down, len(rows)))]
+                     rows.eq(_successor_reaches(down, len(rows)))]
         m.d.comb += [
             settle.tiles.eq(tiles), memory.rays.eq(tiles << 2 * icu.tile_bits),
-            # A frustum that is known waits.
+            # The tiles of the offered frustum are known.
             may_begin.eq(known[1] & drained & free & ~reads & ~accepts),
             memory.i_start.valid.eq(begins & ~begun), settle.i_start.valid.eq(begins & ~settle_begun),
             memory_begins.eq(memory.i_start.valid & memory.i_start.ready),
             settle_begins.eq(settle.i_start.valid & settle.i_start.ready),
             self.i_frustum.ready.eq(accepts)]
-        # Registered: both memories begin with much logic.
+        # Registered, because much logic follows in both memories.
         has_begun = begins & begun & settle_begun
         m.d.sync += [begins.eq(may_begin & ~has_begun), accepts.eq(has_begun)]
         with m.If(memory_begins):
@@ -163,7 +164,7 @@ class IntersectionUnit(wiring.Component):
         with m.If(accepts):
             m.d.sync += [frustum.eq(self.i_frustum.payload), has_frustum.eq(1), begun.eq(0), settle_begun.eq(0)]
 
-        # Tables, with a register to where their memories lie.
+        # Table entries are registered: their memories are far from the port.
         table, is_written, entry = self.i_table, Signal(), Signal(formats.table_write, reset_less=True)
         m.d.comb += table.ready.eq(drained & ~(read_out.busy & (table.payload.kind == TableKind.WEIGHT)))
         m.d.sync += [is_written.eq(table.valid & table.ready), entry.eq(table.payload)]
@@ -251,18 +252,18 @@ class IntersectionUnit(wiring.Component):
 
 
 def _reaches(number, count):
-    """Bit k of ``count``: whether ``number``, rounded up to a power of two, is at least 2^k."""
+    """``count`` bits: bit k says whether ``number``, rounded up to a power of two, is at least 2^k."""
     number = Cat(number, Const(0, count))
     return Cat(Const(1), *(number[k + 1:].any() | (number[k] & number[:k].any()) for k in range(count - 1)))
 
 
-def _reaches_behind(number, count):
-    """`_reaches` of ``number`` + 1: nothing is added."""
+def _successor_reaches(number, count):
+    """`_reaches` of ``number`` + 1, without an adder."""
     number = Cat(number, Const(0, count))
     return Cat(Const(1), *(number[k:].any() for k in range(count - 1)))
 
 
 def _product(columns, rows):
-    """Of two powers of two, given as `_reaches`; one beyond all bits is 0."""
+    """The product of two powers of two, each given as by `_reaches`; at most the largest one that the width holds."""
     reaches = [Cat(columns[k] & rows[n - k] for k in range(n + 1)).any() for n in range(len(rows))]
     return Cat(*(at_least & ~more for at_least, more in pairwise([*reaches, Const(0)])))

@@ -156,7 +156,7 @@ class PatchSetup(wiring.Component):
         # Patches that cannot be hit, by slot.
         own, dropped = Signal(slots), Signal(slots)
         source, enters = frustum.source, Signal()
-        # The comparison in two halves and two cycles.
+        # One comparison of all bits would be a critical path: halves are compared here, and combined a cycle later.
         surface, half = entered.item.surface, len(entered.item.surface) // 2
         seen_own, seen_slot = Signal(3, reset_less=True), Signal.like(entered.slot, reset_less=True)
         m.d.sync += [enters.eq(queue.o.valid), seen_slot.eq(entered.slot),
@@ -191,7 +191,7 @@ class PatchSetup(wiring.Component):
 
         m.submodules.ready = ready = Queue(formats.patch_window, depth=slots)
         wiring.connect(m, ready.o, wiring.flipped(self.o))
-        # Registered before the slot's bits are looked up and after that: they lie where the slots are decided.
+        # A register before and one behind the lookup of the slot's bits, which are placed far from bound and queue.
         (early, is_early), (window, is_known) = ((Signal(formats.patch_window, reset_less=True), Signal())
                                                  for _ in range(2))
         is_unseen = Signal(2, reset_less=True)

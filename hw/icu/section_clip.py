@@ -51,7 +51,7 @@ class SectionClip(wiring.Component):
         frustum, section = self.frustum, self.frustum.section
 
         def constant(function):
-            """Of the frustum; stable long before its patches arrive."""
+            """Of the frustum, which is stable while patches are in flight."""
             return pipeline.constant(function)
 
         # Registers: the sides of the section, known a cycle after the frustum.
@@ -64,7 +64,7 @@ class SectionClip(wiring.Component):
         def step(function, *operands):
             return pipeline.register(function, *operands)
 
-        # A register in front: the window comes from one of two blocks.
+        # A register in front: a multiplexer of two blocks' windows precedes it.
         column_first, column_count, row_first, row_count = (pipeline.delay(pipeline.input(given[name]), 1) for name in (
             "column_first", "column_count", "row_first", "row_count"))
         first = step(lambda value, origin: value - origin, column_first, constant(section.first_column))

@@ -125,15 +125,16 @@ class SettleMap(wiring.Component):
                          write_tag.en.eq(tags.o.valid & made.written)]
             return words.read_port(), kept.read_port()
 
+        # A cycle after the write, when what was read beside it arrives.
         were_written = Signal.like(lanes_written)
         m.d.sync += were_written.eq(lanes_written)
 
-        def is_written(tile):
+        def meets_write(tile):
             return tile == made.address
 
         # Registered before it selects: the comparison and the many bits of a word are far from each other.
-        def is_current(tag, written):
-            return (tag == generations.generation).replicate(lanes) & ~(were_written & written.replicate(lanes))
+        def is_current(tag, met_write):
+            return (tag == generations.generation).replicate(lanes) & ~(were_written & met_write.replicate(lanes))
 
         def current_codes(codes, current):
             return Cat(Mux(current[lane], codes[lane], 0) for lane in range(lanes))
@@ -142,7 +143,7 @@ class SettleMap(wiring.Component):
         pipeline = Pipeline(self.i_walk, self.o_walk)
         tile = pipeline.input(self.i_walk.payload.tile)
         codes, tag = (pipeline.read(port, tile) for port in ports)
-        current = pipeline.register(is_current, tag, pipeline.register(is_written, tile))
+        current = pipeline.register(is_current, tag, pipeline.register(meets_write, tile))
         pipeline.output(self.o_walk.payload.word, pipeline.register(current_codes, pipeline.delay(codes, 1), current))
         pipeline.output(self.o_walk.payload.tag, pipeline.input(self.i_walk.payload.tag))
         pipeline.add_to(m)
@@ -158,7 +159,7 @@ class SettleMap(wiring.Component):
         m.d.comb += [(port.addr.eq(self.i_read.payload), port.en.eq(1)) for port in ports]
         read, found = (Signal(formats.settle_word, name=name, reset_less=True) for name in ("read", "found"))
         is_hit, current = Signal(reset_less=True), Signal(lanes, reset_less=True)
-        m.d.sync += [read.eq(ports[0].data), is_hit.eq(is_written(self.i_read.payload)),
+        m.d.sync += [read.eq(ports[0].data), is_hit.eq(meets_write(self.i_read.payload)),
                      current.eq(is_current(ports[1].data, is_hit)), found.eq(current_codes(read, current))]
         m.d.comb += [queue.i.valid.eq(ages[-1]), queue.i.payload.eq(found)]
         return m

@@ -106,7 +106,7 @@ class WindowWalk(wiring.Component):
             return Cat((~at_first | (k >= first[:side])) & (~at_last | (k <= last[:side])) for k in range(1 << side))
 
         step, out, enable, ends_next = self.o.payload, self.o, Signal(), Signal()
-        # Of ``walks & out.valid`` a copy: what enables a window's many registers has a LUT less in front of it.
+        # A copy of ``walks & out.valid``: a LUT less in front of the enable of a window's many registers.
         steps, is_held = out.ready | ~out.valid, Signal()
         m.d.comb += [enable.eq(~is_held | out.ready), begins.ready.eq(loads & enable)]
         m.d.sync += is_held.eq(Mux(loads & enable, begins.valid, walks) & Mux(steps, walks, out.valid))

@@ -1,4 +1,4 @@
-"""From a component to its area (Yosys) in a family of FPGAs, and its clock (nextpnr) on an ECP5-85 of speed grade 6."""
+"""From a component to its area (Yosys) in a family of FPGAs, and its Fmax (nextpnr) on an ECP5-85."""
 
 import importlib.metadata
 import json
@@ -61,11 +61,11 @@ class Clock:
     seed
         Of the placer.
     mhz
-        In MHz, ports between registers.
+        In MHz on speed grade 6, ports between registers.
     path
         The critical path: nanoseconds of logic delay and of routing delay, the registers at its start and its end.
     mhz_grade_8
-        In MHz, of the same routes on a device of speed grade 8; None of a bitstream, which is for grade 6.
+        In MHz on speed grade 8, on the same routes; None of a bitstream, which is for grade 6.
     """
 
     seed: int
@@ -120,7 +120,9 @@ def synthesise_between_registers(component, folder: Path) -> Path:
 
 def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTIONS,
                     routability_driven: bool = False) -> Clock:
-    """The clock of a netlist for an ECP5; the tool's log stays beside it.
+    """The Fmax of a netlist for an ECP5-85: placed and routed for speed grade 6, and the same routes on grade 8.
+
+    Designs and logs of all runs of the tool stay beside it.
 
     Parameters
     ----------
@@ -226,7 +228,7 @@ def _mhz_grade_8(netlist, *, seed):
     folder, name = netlist.parent, f"{netlist.stem}.seed-{seed}"
     routed, report = folder / f"{name}.grade-8.json", folder / f"{name}.grade-8.report.json"
     design = json.loads((folder / f"{name}.routed.json").read_text())
-    # What a design has of both outweighs the command's options. This router keeps routes that are there.
+    # The speed grade and the router in a design override the command's options. ``router1`` keeps existing routes.
     design["modules"]["top"]["settings"] |= {"arch.speed": "8", "router": "router1"}
     routed.write_text(json.dumps(design))
     _run([_program("nextpnr-ecp5"), "--json", routed.name, *_CHIP, "--speed", "8", *_UNCONSTRAINED, "--no-pack",
@@ -273,8 +275,8 @@ def _netlist(read, folder, name, family):
 def _marked(text):
     """Text in which the read ports of memories with ``no_rw_check`` have it too.
 
-    No word is read in the cycle in which it is written, so that case needs no logic. Yosys looks at the memory's
-    attribute only when it makes the read ports itself, as from Verilog.
+    What is read of a word in the cycle in which it is written is not used, so that case needs no logic. Yosys looks at
+    the memory's attribute only when it makes the read ports itself, as from Verilog.
     """
     def marked(port):
         name = re.search(r'MEMID "\\(.+)"', port[0])[1]

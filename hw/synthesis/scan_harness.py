@@ -1,4 +1,4 @@
-"""A component between shift registers, so that one with any number of ports fits the pins of a chip."""
+"""A component between registers that are loaded and read by shifting: any number of ports fits the pins of a chip."""
 
 from amaranth.hdl import Cat, ClockDomain, ClockSignal, Const, Elaboratable, Instance, Module, Mux, Signal, Value
 from amaranth.lib import wiring
@@ -9,7 +9,8 @@ __all__ = ["ScanHarness"]
 
 class ScanHarness(wiring.Component):
     """Every input bit comes from a register, and every output bit ends in one, so that paths of ports are timed too.
-    These registers are not those that are shifted, which draw each other together.
+    The shift registers are separate: the placer puts neighbours in a shift register close together, and would pull the
+    component's ports with them.
 
     The reset is the global one of the ECP5 (``SGSR``), which needs no routing, as on the board.
 

@@ -103,6 +103,6 @@ test_settle_map = declare(
         "nothing is emptied": Control(
             "too large", generations=Sweepless, nightly=True),
         "what is being written is used": Control(
-            "too large", kind=faulty(" & ~(were_written & written.replicate(lanes))", ""), nightly=True),
+            "too large", kind=faulty(" & ~(were_written & met_write.replicate(lanes))", ""), nightly=True),
         "a read comes too early": Control("too large", wait=WAIT - 1, nightly=True),
     })

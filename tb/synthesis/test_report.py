@@ -43,11 +43,11 @@ def test_one_netlist_is_placed_once_for_each_seed(calls, tmp_path):
     written = json.loads((tmp_path / "CellNumber" / "row.json").read_text())
     assert [clock["seed"] for clock in written["clocks"]] == list(MHZ)
     text = table([row], block="ctu", preset="tiny", config=CONFIG, family="ecp5", seeds=tuple(MHZ), options=OPTIONS)
-    assert "| Fmax (MHz) least / median / best | on grade 8 least / median / best | critical path of the best |" in text
+    assert "| Fmax (MHz) least / median / best | Fmax on grade 8 (MHz) least / median / best | critical path" in text
     assert "| 90 / 100 / 121 | 120 / 130 / 151 | path 5 (seed 5) |" in text
     assert "placer seeds 3, 5, 8, --placer-heap-timingweight 30; preset tiny" in text
     one = table([row], block="ctu", preset="tiny", config=CONFIG, family="ecp5", seeds=(3,), options=OPTIONS)
-    assert "| Fmax (MHz) | on grade 8 | critical path |" in one
+    assert "| Fmax (MHz) | Fmax on grade 8 (MHz) | critical path |" in one
     assert "placer seed 3, " in one
     assert one.endswith("; preset tiny.\n")
     changed = table([row], block="ctu", preset="tiny", config=CONFIG.with_parameters(("icu.slots=16",)), family="ecp5",
