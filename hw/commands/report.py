@@ -73,7 +73,10 @@ def report(block, units, family, liberty, route, seeds, nextpnr, routability_dri
     for name, option in _OF_ROUTES.items():
         if not routes and _is_given(name):
             raise InputError(f"report: {option} needs place and route")
-    seeds, options = (tuple(dict.fromkeys(seeds)), tuple(shlex.split(nextpnr))) if routes else ((), ())
+    try:
+        seeds, options = (tuple(dict.fromkeys(seeds)), tuple(shlex.split(nextpnr))) if routes else ((), ())
+    except ValueError as error:
+        raise InputError(f"report: --nextpnr {nextpnr!r}: {error}") from None
     place = {"family": family, "seeds": seeds, "options": options, "routability_driven": routability_driven}
     routing = ("routability-driven" if routability_driven else "timing-driven") if routes else ""
     measured = measured_commit() if records else None

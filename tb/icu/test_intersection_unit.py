@@ -3,6 +3,8 @@ from itertools import pairwise
 import cocotb
 import numpy as np
 import pytest
+from amaranth.hdl import Module, Signal
+from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.cast.naive_fixed import NaiveFixed
@@ -14,7 +16,7 @@ from golden.icu.section_clip import section_clip
 from golden.icu.settle_code import settle_code
 from golden.icu.window_walk import window_tiles
 from golden.scene.builtin import builtin_scene
-from hw.icu.intersection_unit import TOKENS, IntersectionUnit
+from hw.icu.intersection_unit import TOKENS, IntersectionUnit, _product, _reaches, _successor_reaches
 from radiosity.benchmarks.viewpoints import hard_records
 from tb.golden.soups import soup
 from tb.icu.unit_bench import section_hits, vertices
@@ -361,3 +363,25 @@ def test_other_widths_and_depths(changes, request):
 def test_whole_frusta(scene, busy):
     run(f"unit-{scene}", ("whole_frusta",), scene=scene, busy=busy, rays=(256, 64), pixels=(120, 90), preset="small",
         changes={"icu.rays": 1 << 14, "icu.patch_bits": 11, "icu.generation_bits": 4}, cycles=3_000_000)
+
+
+def test_tiles_of_a_section_are_rounded_up_to_a_power_of_two():
+    bits, m = 7, Module()
+    across, down, tiles = Signal(bits), Signal(bits), Signal(bits)
+    m.d.comb += tiles.eq(_product(_reaches(across, bits), _successor_reaches(down, bits)))
+
+    def rounded(number):
+        return 1 << (number - 1).bit_length()
+
+    async def check(ctx):
+        for columns in range(1, 65):
+            for rows in range(1, 65):
+                ctx.set(across, columns)
+                ctx.set(down, rows - 1)
+                await ctx.delay(1e-9)
+                expected = min(rounded(columns) * rounded(rows), 1 << bits - 1)
+                assert ctx.get(tiles) == expected, f"{columns} x {rows} tiles"
+
+    simulator = Simulator(m)
+    simulator.add_testbench(check)
+    simulator.run()

@@ -14,6 +14,7 @@ from golden.icu.window import Window
 from golden.stimulus import block
 from golden.stimulus.frusta import SOURCE, frustum_arrays, random_hemisphere, random_screen
 from golden.stimulus.patches import scene_patches
+from hw.formats import SURFACE_BITS
 from hw.icu.patch_setup import PatchSetup
 from tb.icu.frustum_load import frustum_payload, table_writes
 from tb.icu.vectors import WINDOW, factor_of, rows, section_window_of, winding_of
@@ -65,7 +66,9 @@ class Patches:
         random = np.random.default_rng(seed)
         self.config, self.record = config, FRUSTA[kind](random, config)
         self.section = Sector.whole(self.record) if whole else Sector(*SECTIONS[kind])
-        self.given = {**frustum_arrays(self.record), "surface": random.integers(0, 4 * SOURCE, COUNT),
+        surface = random.integers(0, 4 * SOURCE, COUNT)
+        surface[::5] = SOURCE + (1 << SURFACE_BITS // 2)
+        self.given = {**frustum_arrays(self.record), "surface": surface,
                       "vertices": scene_patches(random, COUNT, self.record.origin, config.numbers)}
         # A line, a point, and what is so small that it is seen as a point.
         vertices, low = self.given["vertices"], 1 << config.numbers.scene_bits - 8
@@ -119,6 +122,8 @@ class Patches:
             "quad": ~triangle & live, "triangle": triangle & live, "in two triangles": (made["split"] > 0) & live,
             "degenerate": ~oriented, "dropped": (made["dropped"] > 0) & oriented,
             "the source's own": (self.given["surface"] == record.source) & oriented & (made["dropped"] == 0),
+            "a surface like the source in its low bits": (
+                self.given["surface"] == record.source + (1 << SURFACE_BITS // 2)) & live,
             "through the plane of the eye": live & (height.min(axis=1) < 0) & (height.max(axis=1) > 0),
             "behind": live & (height.max(axis=1) < 0),
             "without rays": window.rays == 0, "one ray": window.rays == 1,

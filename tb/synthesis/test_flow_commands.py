@@ -72,6 +72,14 @@ def test_a_netlist_is_placed_with_its_seed_and_then_routed(commands, tmp_path, r
     assert found == Clock(seed=7, mhz=71.25, path="4.8 + 3.2 ns, a.count to b.sum", mhz_grade_8=95.0)
 
 
+def test_options_with_which_nothing_is_placed_are_named(monkeypatch, tmp_path):
+    """A placement that an earlier run left is not routed in its place."""
+    monkeypatch.setattr(flow, "_run", lambda command, log: None)
+    (tmp_path / "clock.seed-7.placed.json").write_text(json.dumps(PLACED))
+    with pytest.raises(InputError, match=r"report: nextpnr-ecp5 placed nothing with --help, see clock\.seed-7"):
+        place_and_route(tmp_path / "clock.json", seed=7, options=("--help",))
+
+
 @pytest.mark.parametrize(("make", "read", "router"), [
     (lambda folder: bitstream("text", "LOCATE", folder, "board", **OPTIONS), "read_rtlil board.il",
      {"router2/bbMargin/x": "8"}),
