@@ -212,7 +212,8 @@ def _place_then_route(netlist, files, options, *, seed, router):
     _run([_program("nextpnr-ecp5"), "--json", netlist.name, *_DEVICE, *files, *options, "--seed", seed,
           *may_miss, "--no-route", "--write", placed.name], folder / f"{name}.placed.log")
     if not placed.exists():
-        raise InputError(f"report: nextpnr-ecp5 placed nothing with {' '.join(map(str, options))}, see {name}.placed.log")
+        raise InputError(f"report: nextpnr-ecp5 placed nothing with {' '.join(map(str, options))}, "
+                         f"see {name}.placed.log")
     design = json.loads(placed.read_text())
     # The design keeps the options of its placement. An estimate may miss the clock; a route only with the option.
     settings = design["modules"]["top"]["settings"]
