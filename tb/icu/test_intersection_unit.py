@@ -1,3 +1,4 @@
+import re
 from itertools import pairwise
 
 import cocotb
@@ -384,4 +385,28 @@ def test_tiles_of_a_section_are_rounded_up_to_a_power_of_two():
 
     simulator = Simulator(m)
     simulator.add_testbench(check)
+    simulator.run()
+
+
+def test_a_frustum_is_accepted_as_soon_as_documented():
+    """Where nothing is in flight, and the rows that it uses have been swept."""
+    documented = int(re.search(r"accepted ``(\d+)`` cycles after it is offered", IntersectionUnit.__doc__)[1])
+    unit = IntersectionUnit(config=config_of(SMALL))
+    offered = unit.i_frustum
+
+    async def offer(ctx):
+        section = offered.payload.section
+        ctx.set(section.end_column, 8)
+        ctx.set(section.end_row, 8)
+        ctx.set(offered.payload.tiles_across, 2)
+        await ctx.tick().repeat(SMALL["icu.rays"] + 20)
+        ctx.set(offered.valid, 1)
+        for cycle in range(documented):
+            assert not ctx.get(offered.ready), f"accepted after {cycle} cycles"
+            await ctx.tick()
+        assert ctx.get(offered.ready)
+
+    simulator = Simulator(unit)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(offer)
     simulator.run()
