@@ -79,7 +79,7 @@ class RayTraversal(wiring.Component):
 
     Timing
     ------
-    Latency: ``5 * product_registers + 62 + 10 * (subshell_bits > 0)`` cycles from a request for a ray alone to its
+    Latency: ``5 * product_registers + 64 + 10 * (subshell_bits > 0)`` cycles from a request for a ray alone to its
     first cell, with several pipelines 1 more. One request, one ray and one cell per cycle; stalls with ``o``. With
     lists a frustum begins ``ray_slots`` cycles later after reset and every 2^``generation_bits`` - 1 frusta.
 

@@ -70,7 +70,7 @@ class Survival(wiring.Component):
 
     Timing
     ------
-    Latency: ``24`` cycles for a grid ray alone that a single word is looked up for. A word of 4 x 4 squares of each
+    Latency: ``26`` cycles for a grid ray alone that a single word is looked up for. A word of 4 x 4 squares of each
     level per cycle; in each cycle a group or a ray of a live group enters. Stalls with ``o``.
 
     Golden counterpart: `golden.ctu.survival.survivors_by_code`. Source: docs/exactness.md.
