@@ -1,6 +1,5 @@
 """``report``: area and clock of a block's units."""
 
-import shlex
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
 from hw.commands.choices import BLOCKS, FAMILIES, MHZ, NEXTPNR
+from hw.commands.nextpnr_options import NEXTPNR_OPTIONS
 
 __all__ = ["report"]
 
@@ -29,8 +29,9 @@ _OF_ROUTES = {"seeds": "--seed", "nextpnr": "--nextpnr", "routability_driven": "
               "[default: route where there is a clock]")
 @click.option("--seed", "seeds", type=click.IntRange(0), multiple=True, default=(1,),
               help="Set the placer's seed. May be repeated: the least, median and best clock are reported.")
-@click.option("--nextpnr", default=NEXTPNR, help="Add options of nextpnr. For the largest units its other router "
-              f"terminates sooner: '--router router2'. Unless --freq is among them the target is {MHZ} MHz.")
+@click.option("--nextpnr", type=NEXTPNR_OPTIONS, default=NEXTPNR, help="Choose the options of nextpnr. For the largest "
+              "units its other router terminates sooner: '--router router2'. Unless --freq is among them the target "
+              f"is {MHZ} MHz.")
 @click.option("--routability-driven", is_flag=True, help="Let timing decide the placement only. On a nearly full chip "
               "the router terminates sooner so, and may find no other route.")
 @click.option("--record", "records", is_flag=True, help="Write the figures to the history, docs/figures/history.csv.")
@@ -53,7 +54,7 @@ def report(block, units, family, liberty, route, seeds, nextpnr, routability_dri
     from hw.output import write_text
     from hw.report import UNITS, measure, table
     from hw.synthesis.family import FAMILIES as KNOWN
-    from hw.synthesis.flow import tool_versions
+    from hw.synthesis.flow import check_options, tool_versions
 
     config = PRESETS[preset].with_parameters(assignments)
     for unit in units:
@@ -73,10 +74,9 @@ def report(block, units, family, liberty, route, seeds, nextpnr, routability_dri
     for name, option in _OF_ROUTES.items():
         if not routes and _is_given(name):
             raise InputError(f"report: {option} needs place and route")
-    try:
-        seeds, options = (tuple(dict.fromkeys(seeds)), tuple(shlex.split(nextpnr))) if routes else ((), ())
-    except ValueError as error:
-        raise InputError(f"report: --nextpnr {nextpnr!r}: {error}") from None
+    seeds, options = (tuple(dict.fromkeys(seeds)), nextpnr) if routes else ((), ())
+    if routes:
+        check_options(options)
     place = {"family": family, "seeds": seeds, "options": options, "routability_driven": routability_driven}
     routing = ("routability-driven" if routability_driven else "timing-driven") if routes else ""
     measured = measured_commit() if records else None
@@ -92,7 +92,7 @@ def report(block, units, family, liberty, route, seeds, nextpnr, routability_dri
                                      routing=routing))
     text = table(rows, block=block, preset=preset, config=config, **place)
     write_text(folder / f"{name}.md", text)
-    console().report({"output": folder / f"{name}.md", "block": block, "family": family, "preset": preset,
+    console().report({"output": folder / f"{name}.md", "block": block, "preset": preset, "tools": tools, **place,
                       "parameters": config.parameters(), "units": [asdict(row) for row in rows]}, text.rstrip("\n"))
 
 

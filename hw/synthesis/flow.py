@@ -22,7 +22,7 @@ from hw.synthesis.hard_registers import absorb
 from hw.synthesis.near_addresses import copy_addresses
 from hw.synthesis.scan_harness import ScanHarness
 
-__all__ = ["MHZ", "OPTIONS", "Clock", "bitstream", "pins_rtlil", "place_and_route", "synthesise",
+__all__ = ["MHZ", "OPTIONS", "Clock", "bitstream", "check_options", "pins_rtlil", "place_and_route", "synthesise",
            "synthesise_between_registers", "tool_versions", "verilog_bitstream", "yosys"]
 
 _CHIP = ("--85k", "--package", "CABGA381")
@@ -86,7 +86,9 @@ def tool_versions(*, clock: bool = True) -> str:
         found = [f"{name} {importlib.metadata.version(name)}" for name in ("amaranth", "pyosys")]
         if clock:
             said = subprocess.run([_program("nextpnr-ecp5"), "--version"], capture_output=True, text=True, check=True)
-            found.append(re.search(r"Version ([^)]*)", said.stdout + said.stderr).group(1))
+            # Its placements differ from those of the packaged one, which has the same version.
+            kind = " (native)" if shutil.which("nextpnr-ecp5") else ""
+            found.append(re.search(r"Version ([^)]*)", said.stdout + said.stderr).group(1) + kind)
     except importlib.metadata.PackageNotFoundError as error:
         raise InputError(f"report: {error.name} is not installed; `make setup` installs it, and so does "
                          "extra 'synth'") from None
@@ -94,6 +96,21 @@ def tool_versions(*, clock: bool = True) -> str:
         raise InputError("report: nextpnr-ecp5 is not installed; `make setup` installs it, and so does "
                          "extra 'synth'") from None
     return ", ".join(found)
+
+
+def check_options(options: tuple[str, ...]) -> None:
+    """Let nextpnr parse its options, before hours of synthesis.
+
+    Raises
+    ------
+    InputError
+        It refuses one.
+    """
+    tried = subprocess.run([_program("nextpnr-ecp5"), *options, "--version"], capture_output=True, text=True,
+                           check=False)
+    if tried.returncode:
+        first = (tried.stdout + tried.stderr).strip().splitlines()[:1]
+        raise InputError(f"report: nextpnr-ecp5 refuses {' '.join(options)}: {' '.join(first)}")
 
 
 def synthesise(component, folder: Path, *, family: Family = FAMILIES["ecp5"]) -> Area:

@@ -68,6 +68,10 @@ def test_routes_are_routability_driven_if_the_command_says_so(calls, monkeypatch
         assert calls.pop() == ("clock.json", 8, OPTIONS, bool(more))
         assert ("routability-driven routing" in result.output) == bool(more)
         assert recorded[-1].routing == routing
+        found = json.loads(CliRunner().invoke(main, [*map(str, command), *more, "--json"]).output)
+        assert (found["options"], found["seeds"], found["routability_driven"]) == (list(OPTIONS), [8], bool(more))
+        assert found["tools"].startswith("amaranth ")
+        calls.pop()
 
 
 @pytest.mark.parametrize("nothing", [["--no-route"], ["--family", "gowin"]])
@@ -79,11 +83,16 @@ def test_options_of_a_route_are_refused_without_one(nothing, more, calls, tmp_pa
     assert not calls
 
 
-def test_options_with_an_open_quote_are_refused(calls, tmp_path):
-    command = ["report", "ctu", "--unit", "CellNumber", "--preset", "tiny", "-o", str(tmp_path)]
-    result = CliRunner().invoke(main, [*command, "--nextpnr", "'--freq 9"])
-    assert (result.exit_code, result.output) == (2, "error: report: --nextpnr \"'--freq 9\": No closing quotation\n")
+@pytest.mark.parametrize("command", [["report", "ctu", "--unit", "CellNumber"], ["board"], ["soc"]],
+                         ids=["report", "board", "soc"])
+@pytest.mark.parametrize(("options", "error"), [
+    ("'--freq 9", "error: Invalid value for '--nextpnr': \"'--freq 9\": No closing quotation. Try "),
+    ("--frequency 9", "error: report: nextpnr-ecp5 refuses --frequency 9: unrecognised option '--frequency'\n")])
+def test_options_that_nextpnr_does_not_have_are_refused_at_once(command, options, error, calls, tmp_path):
+    result = CliRunner().invoke(main, [*command, "-o", str(tmp_path / "out"), "--nextpnr", options])
+    assert (result.exit_code, result.output[:len(error)]) == (2, error)
     assert not calls
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(("clocks", "text"), [([99.6], "100"), ([120, 80], "80 / 100 / 120"), ([3, 1, 2], "1 / 2 / 3")])

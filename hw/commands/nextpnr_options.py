@@ -1,0 +1,25 @@
+"""Options of nextpnr as an option of a command."""
+
+import shlex
+
+import click
+
+__all__ = ["NEXTPNR_OPTIONS"]
+
+
+class _NextpnrOptions(click.ParamType):
+    """Words as a shell reads them."""
+
+    name = "OPTIONS"
+
+    def convert(self, value, param, ctx):
+        """The value of what the user typed."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            return tuple(shlex.split(value))
+        except ValueError as error:
+            self.fail(f"{value!r}: {error}", param, ctx)
+
+
+NEXTPNR_OPTIONS = _NextpnrOptions()
