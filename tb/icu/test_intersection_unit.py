@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import cocotb
@@ -20,6 +21,7 @@ from golden.scene.builtin import builtin_scene
 from hw.icu.intersection_unit import TOKENS, IntersectionUnit, _product, _reaches, _successor_reaches
 from radiosity.benchmarks.viewpoints import hard_records
 from tb.golden.soups import soup
+from tb.icu.frustum_load import frustum_payload, table_writes
 from tb.icu.unit_bench import section_hits, vertices
 from tb.icu.unit_coverage import COVERAGE, CoveredBench
 from tb.lib.clocking import start
@@ -65,6 +67,11 @@ class Frusta:
             sums = section_sums(expected.patch, weight)
             assert self.bench.sums == list(zip(sums.patch.tolist(), sums.sum.tolist(), strict=True))
         return counters
+
+    def of_some(self, record, order):
+        """Golden's hits among some of the patches, by their ids in the scene."""
+        hits = NaiveFixed(self.geometry[order], self.bench.config).cast(record)
+        return replace(hits, patch=np.where(hits.patch >= 0, order[hits.patch], -1))
 
     async def hits_of(self, record, section):
         """The read-out of the present frustum."""
@@ -202,6 +209,93 @@ async def read_out_of_the_present_frustum(dut):
 
 
 @cocotb.test()
+async def tables_and_the_next_frustum_wait_for_patches_in_flight(dut):
+    """Those of a screen, while patches of a hemisphere are in flight, from each cycle after a first vertex on."""
+    await start(dut, cycles=200_000)
+    bench = bench_of(dut)
+    frusta = Frusta(bench, scene="soup 9")
+    hemisphere = next(record for record in frusta.records if not record.is_screen)
+    screen = next(record for record in frusta.records if record.is_screen)
+    order = np.arange(len(frusta.geometry))
+    taken = bench.ports.taken("i_vertex").items
+    for after in range(8):
+        taken.clear()
+        await bench.begin(hemisphere, Sector.whole(hemisphere))
+        cast = bench.ports.run(bench.cast(frusta.geometry, order))
+        await bench.ports.until(lambda: taken)
+        await ClockCycles(dut.clk, after)
+        tables = bench.ports.begin("i_table", table_writes(screen, bench.config))
+        await cast
+        await frusta.hits_of(hemisphere, Sector.whole(hemisphere))
+        await tables
+        # A frustum that is not read out, and the next one offered behind its last vertex.
+        await bench.begin(hemisphere, Sector.whole(hemisphere))
+        cast = bench.ports.run(bench.cast(frusta.geometry, order))
+        await bench.ports.until(lambda: len(taken) == 8 * len(order))
+        await ClockCycles(dut.clk, after)
+        await bench.begin(screen, Sector.whole(screen))
+        assert cast.done(), "the next frustum must wait for the last token"
+        await bench.cast(frusta.geometry, order)
+        await frusta.hits_of(screen, Sector.whole(screen))
+
+
+@cocotb.test()
+async def frusta_back_to_back(dut):
+    """A large section directly behind a small one, over more frusta than there are tags."""
+    await start(dut, cycles=200_000)
+    bench = bench_of(dut)
+    frusta = Frusta(bench, scene="soup 9")
+    record = frusta.records[0]
+    whole, small = Sector.whole(record), Sector(7, 8, 5, 7)
+    order = np.arange(len(frusta.geometry))
+    for _ in range(2 << bench.config.icu.generation_bits):
+        await bench.begin(record, whole)
+        await bench.cast(frusta.geometry, order)
+        await bench.ports.send("i_frustum", [frustum_payload(record, each, bench.config) for each in (small, whole)])
+        # With the patches of the one before the rays would have all their hits.
+        await bench.cast(frusta.geometry, order[::3])
+        expected = section_hits(frusta.of_some(record, order[::3]), record, whole)
+        assert len((await bench.hits(whole)).differences(expected)) == 0
+
+
+@cocotb.test()
+async def read_out_at_the_first_vertex(dut):
+    """A patch that begins about when a read-out is requested is in the hits, or waits until they have been read."""
+    await start(dut, cycles=200_000)
+    bench = bench_of(dut)
+    frusta = Frusta(bench, scene="soup 9")
+    record = frusta.records[0]
+    whole, count = Sector.whole(record), len(frusta.geometry)
+    # The last patch is the one that most rays hit.
+    patches = frusta.naive.cast(record).patch
+    last = int(np.bincount(patches[patches >= 0]).argmax())
+    before = np.setdiff1d(np.arange(count), [last])
+    without = section_hits(frusta.of_some(record, before), record, whole)
+    included = []
+    for after in range(-4, 12):
+        await bench.begin(record, whole)
+        await bench.cast(frusta.geometry, before)
+        await ClockCycles(dut.clk, 20)
+        tokens = len(bench.ports.sinks["o_done"].items)
+        if after < 0:
+            hits = bench.ports.run(bench.hits(whole))
+            await ClockCycles(dut.clk, -after)
+        cast = bench.ports.run(bench.cast(frusta.geometry, np.array([last])))
+        if after >= 0:
+            await ClockCycles(dut.clk, after)
+            hits = bench.ports.run(bench.hits(whole))
+        await bench.ports.until(lambda: len(bench.ports.sinks["o_hit"].items) % whole.rays)
+        included.append(len(bench.ports.sinks["o_done"].items) > tokens)
+        expected = section_hits(frusta.naive.cast(record), record, whole) if included[-1] else without
+        assert len((await hits).differences(expected)) == 0, f"{after} cycles after the first vertex"
+        await cast
+        await frusta.hits_of(record, whole)
+    dut._log.info("in the hits: %s", included)
+    assert not included[0], "a patch that comes after the request must wait"
+    assert included[-1], "a patch in flight must be waited for"
+
+
+@cocotb.test()
 async def rates(dut):
     """A quad every four cycles, and rays one per cycle where windows are large enough."""
     await start(dut, cycles=200_000)
@@ -315,7 +409,9 @@ async def every_case_occurred(dut):
 
 
 QUICK = ("orders", "hard_patches", "sections", "every_pair_of_stalls", "reset_in_flight",
-         "read_out_beside_the_next_frustum", "read_out_of_the_present_frustum", "rates", "codes_are_floors",
+         "read_out_beside_the_next_frustum", "read_out_of_the_present_frustum",
+         "tables_and_the_next_frustum_wait_for_patches_in_flight", "frusta_back_to_back",
+         "read_out_at_the_first_vertex", "rates", "codes_are_floors",
          "windows_of_one_ray", "back_pressure_reaches_the_vertices", "every_case_occurred")
 
 
