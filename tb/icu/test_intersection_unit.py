@@ -213,12 +213,12 @@ async def tables_and_the_next_frustum_wait_for_patches_in_flight(dut):
     """Those of a screen, while patches of a hemisphere are in flight, from each cycle after a first vertex on."""
     await start(dut, cycles=200_000)
     bench = bench_of(dut)
-    frusta = Frusta(bench, scene="soup 9")
+    frusta = Frusta(bench, scene="soup 9", rays=(32, 8), pixels=(20, 15))
     hemisphere = next(record for record in frusta.records if not record.is_screen)
     screen = next(record for record in frusta.records if record.is_screen)
     order = np.arange(len(frusta.geometry))
     taken = bench.ports.taken("i_vertex").items
-    for after in range(8):
+    for after in range(4):
         taken.clear()
         await bench.begin(hemisphere, Sector.whole(hemisphere))
         cast = bench.ports.run(bench.cast(frusta.geometry, order))
@@ -244,7 +244,7 @@ async def frusta_back_to_back(dut):
     """A large section directly behind a small one, over more frusta than there are tags."""
     await start(dut, cycles=200_000)
     bench = bench_of(dut)
-    frusta = Frusta(bench, scene="soup 9")
+    frusta = Frusta(bench, scene="soup 9", rays=(32, 8), pixels=(20, 15))
     record = frusta.records[0]
     whole, small = Sector.whole(record), Sector(7, 8, 5, 7)
     order = np.arange(len(frusta.geometry))
@@ -263,7 +263,7 @@ async def read_out_at_the_first_vertex(dut):
     """A patch that begins about when a read-out is requested is in the hits, or waits until they have been read."""
     await start(dut, cycles=200_000)
     bench = bench_of(dut)
-    frusta = Frusta(bench, scene="soup 9")
+    frusta = Frusta(bench, scene="soup 9", rays=(32, 8), pixels=(20, 15))
     record = frusta.records[0]
     whole, count = Sector.whole(record), len(frusta.geometry)
     # The last patch is the one that most rays hit.
@@ -272,7 +272,7 @@ async def read_out_at_the_first_vertex(dut):
     before = np.setdiff1d(np.arange(count), [last])
     without = section_hits(frusta.of_some(record, before), record, whole)
     included = []
-    for after in range(-4, 12):
+    for after in range(-2, 6):
         await bench.begin(record, whole)
         await bench.cast(frusta.geometry, before)
         await ClockCycles(dut.clk, 20)
