@@ -164,7 +164,8 @@ def table(rows: list[Row], *, block: str, preset: str, config: Config, family: s
                       best.path + whose]
         lines.append(f"| {' | '.join(map(str, cells))} |")
     about = [tool_versions(clock=FAMILIES[family].has_clock)]
-    about += [f"placer seed{'s' if several else ''} {', '.join(map(str, seeds))}, {' '.join(options)}"] if seeds else []
+    about += [f"placer seed{'s' if several else ''} {', '.join(map(str, seeds))}, "
+              f"{' '.join(options) or 'no options'}"] if seeds else []
     about += ["routability-driven routing"] if routability_driven else []
     return "\n".join([f"# {block}: {FAMILIES[family].title}", "", *lines, "", FAMILIES[family].counted, "",
                       f"{'; '.join(about)}; preset {preset}{changed_parameters(config, PRESETS[preset])}.", ""])

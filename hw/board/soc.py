@@ -19,7 +19,7 @@ from hw.synthesis.flow import verilog_bitstream
 __all__ = ["NEXTPNR", "PRESET", "SOC", "build_soc"]
 
 PRESET, NAME = "small", "soc"
-# More options of nextpnr. The wires of the slow clock take most of its period, so timing counts in the placement too.
+# Options of nextpnr. The wires of the slow clock take most of its period, so timing counts in the placement too.
 NEXTPNR = ("--placer", "static", "--router", "router2")
 # Of the lengths in a room of 8 m, 18 bits are steps of 0.03 mm. tb/board/test_soc.py compares the hits with float64.
 NUMBERS = {
@@ -51,7 +51,7 @@ def build_soc(config: Config, folder: Path, *, litex: Path, hertz: int, baud: in
     hertz, baud, revision
         The clock of the SoC, the rate of its serial line, and the revision of the board.
     seed, options
-        Of the placer; more options of nextpnr.
+        Of the placer; options of nextpnr.
     stage
         Begins a stage of the work: ``export``, ``LiteX`` or ``synthesis, place and route``.
 

@@ -19,7 +19,7 @@ __all__ = ["CLOCK_HZ", "NEXTPNR", "build"]
 
 # The board's oscillator, the only clock.
 CLOCK_HZ = 25_000_000
-# More options of nextpnr. The FPGA is full and the clock slow: wirelength counts, timing does not.
+# Options of nextpnr. The FPGA is full and the clock slow: wirelength counts, timing does not.
 NEXTPNR = ("--placer", "static", "--no-tmdriv", "--router", "router2")
 NAME = "board"
 
@@ -53,7 +53,7 @@ def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True,
     Parameters
     ----------
     seed, options
-        Of the placer; more options of nextpnr.
+        Of the placer; options of nextpnr.
 
     Returns
     -------

@@ -7,6 +7,7 @@ import click
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, FILE, Positive, WholePair
+from hw.commands.choices import BOARD_NEXTPNR
 from hw.commands.nextpnr_options import NEXTPNR_OPTIONS
 
 __all__ = ["board"]
@@ -18,8 +19,8 @@ __all__ = ["board"]
 @click.option("--cell", type=Positive(), default=0.25, help="Set the cell size as a share of the scene's longest side.")
 @click.option("--baud", type=click.IntRange(300, 3_000_000), default=115_200, help="Set the rate of the serial line.")
 @click.option("--seed", type=click.IntRange(0), default=1, help="Set the placer's seed.")
-@click.option("--nextpnr", type=NEXTPNR_OPTIONS, help="Choose the options of nextpnr.  [default: for high utilization "
-              "and a slow clock]")
+@click.option("--nextpnr", type=NEXTPNR_OPTIONS, default=BOARD_NEXTPNR, help="Replace the options of nextpnr. The "
+              "default is for high utilization and a slow clock.")
 @click.option("--no-bitstream", is_flag=True, help="Only write Verilog and constraints.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/board"), help="Write the files to this folder.")
 @ASSIGNMENTS
@@ -31,19 +32,18 @@ def board(scene, pixels, cell, baud, seed, nextpnr, no_bitstream, folder, assign
     from golden.stage_progress import StageProgress
     from hw.board.board_shell import BoardShell
     from hw.board.record import record
-    from hw.board.ulx3s import CLOCK_HZ, NEXTPNR, build
+    from hw.board.ulx3s import CLOCK_HZ, build
     from hw.board.view import BOARD, board_view
     from hw.synthesis.flow import check_options, tool_versions
 
-    options = NEXTPNR if nextpnr is None else nextpnr
     if not no_bitstream:
         tool_versions()
-        check_options(options)
+        check_options(nextpnr, has_constraints=True)
     config = BOARD.with_parameters(assignments)
     program = record(board_view(config, scene=scene, pixels=pixels, cell=cell).job)
     shell = BoardShell(config=config, program=program, divisor=round(CLOCK_HZ / baud))
     stage = "write Verilog" if no_bitstream else "synthesis, place and route"
     with (StageProgress("board", {stage: 15.0 if no_bitstream else 600.0}, shown=console().progress) as bar,
           bar.stage(stage)):
-        paths = [str(path) for path in build(shell, folder, seed=seed, routes=not no_bitstream, options=options)]
+        paths = [str(path) for path in build(shell, folder, seed=seed, routes=not no_bitstream, options=nextpnr)]
     console().report({"output": paths}, "\n".join(paths))

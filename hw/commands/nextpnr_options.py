@@ -8,7 +8,7 @@ __all__ = ["NEXTPNR_OPTIONS"]
 
 
 class _NextpnrOptions(click.ParamType):
-    """Words as a shell reads them."""
+    """Options of nextpnr, split into words as a shell splits them."""
 
     name = "OPTIONS"
 

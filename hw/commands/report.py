@@ -29,9 +29,9 @@ _OF_ROUTES = {"seeds": "--seed", "nextpnr": "--nextpnr", "routability_driven": "
               "[default: route where there is a clock]")
 @click.option("--seed", "seeds", type=click.IntRange(0), multiple=True, default=(1,),
               help="Set the placer's seed. May be repeated: the least, median and best clock are reported.")
-@click.option("--nextpnr", type=NEXTPNR_OPTIONS, default=NEXTPNR, help="Choose the options of nextpnr. For the largest "
-              "units its other router terminates sooner: '--router router2'. Unless --freq is among them the target "
-              f"is {MHZ} MHz.")
+@click.option("--nextpnr", type=NEXTPNR_OPTIONS, default=NEXTPNR, help="Replace the options of nextpnr. For the "
+              "largest units its other router terminates sooner: '--router router2'. Unless --freq is among them the "
+              f"target is {MHZ} MHz.")
 @click.option("--routability-driven", is_flag=True, help="Let timing decide the placement only. On a nearly full chip "
               "the router terminates sooner so, and may find no other route.")
 @click.option("--record", "records", is_flag=True, help="Write the figures to the history, docs/figures/history.csv.")

@@ -7,6 +7,7 @@ import click
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, FILE
+from hw.commands.choices import SOC_NEXTPNR
 from hw.commands.nextpnr_options import NEXTPNR_OPTIONS
 
 __all__ = ["soc"]
@@ -22,7 +23,8 @@ _SECONDS = {"export": 20.0, "LiteX": 3.0, "synthesis, place and route": 3000.0}
 @click.option("--revision", type=click.Choice(("1.7", "2.0")), default="2.0", help="Name the board's revision, 2.0 for "
               "later ones too.")
 @click.option("--seed", type=click.IntRange(0), default=1, help="Set the placer's seed.")
-@click.option("--nextpnr", type=NEXTPNR_OPTIONS, help="Choose the options of nextpnr.  [default: for high utilization]")
+@click.option("--nextpnr", type=NEXTPNR_OPTIONS, default=SOC_NEXTPNR, help="Replace the options of nextpnr. The "
+              "default is for high utilization; --mhz is the target.")
 @click.option("--litex", type=FILE, default=Path("build/litex/bin/python"), help="Name the Python that has LiteX; "
               "`make litex` installs the default.")
 @click.option("--no-bitstream", is_flag=True, help="Only write the engine, Verilog and constraints.")
@@ -34,17 +36,16 @@ def soc(mhz, baud, revision, seed, nextpnr, litex, no_bitstream, folder, assignm
     A host at the USB socket loads jobs of `radiosity image` and casts them, see `docs/board.md`.
     """
     from golden.stage_progress import StageProgress
-    from hw.board.soc import NEXTPNR, SOC, build_soc
+    from hw.board.soc import SOC, build_soc
     from hw.synthesis.flow import check_options, tool_versions
 
-    options = NEXTPNR if nextpnr is None else nextpnr
     if not no_bitstream:
         tool_versions()
-        check_options(options)
+        check_options(("--freq", f"{mhz:g}", *nextpnr), has_constraints=True)
     stages = dict(list(_SECONDS.items())[:2] if no_bitstream else _SECONDS)
     with StageProgress("SoC", stages, shown=console().progress) as bar:
         facts = build_soc(SOC.with_parameters(assignments), folder, litex=litex.absolute(), hertz=round(mhz * 1e6),
-                          baud=baud, revision=revision, seed=seed, options=options, stage=bar.stage,
+                          baud=baud, revision=revision, seed=seed, options=nextpnr, stage=bar.stage,
                           routes=not no_bitstream)
     lines = [] if no_bitstream else [
         f"{facts['lut']} LUT, {facts['ff']} registers, {facts['dsp']} DSP blocks, {facts['bram']} block RAM; "

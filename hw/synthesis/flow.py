@@ -86,7 +86,7 @@ def tool_versions(*, clock: bool = True) -> str:
         found = [f"{name} {importlib.metadata.version(name)}" for name in ("amaranth", "pyosys")]
         if clock:
             said = subprocess.run([_program("nextpnr-ecp5"), "--version"], capture_output=True, text=True, check=True)
-            # Its placements differ from those of the packaged one, which has the same version.
+            # A native nextpnr may have the version of the packaged one, but it places differently.
             kind = " (native)" if shutil.which("nextpnr-ecp5") else ""
             found.append(re.search(r"Version ([^)]*)", said.stdout + said.stderr).group(1) + kind)
     except importlib.metadata.PackageNotFoundError as error:
@@ -98,19 +98,26 @@ def tool_versions(*, clock: bool = True) -> str:
     return ", ".join(found)
 
 
-def check_options(options: tuple[str, ...]) -> None:
-    """Let nextpnr parse its options, before hours of synthesis.
+def check_options(options: tuple[str, ...], *, has_constraints: bool = False) -> None:
+    """Start nextpnr without a netlist: synthesis, which comes first, may take hours.
+
+    Parameters
+    ----------
+    options
+        Of `place_and_route`, or of `bitstream` with ``has_constraints``.
 
     Raises
     ------
     InputError
-        It refuses one.
+        nextpnr refuses an option, or ends before it would place.
     """
-    tried = subprocess.run([_program("nextpnr-ecp5"), *options, "--version"], capture_output=True, text=True,
-                           check=False)
-    if tried.returncode:
-        first = (tried.stdout + tried.stderr).strip().splitlines()[:1]
-        raise InputError(f"report: nextpnr-ecp5 refuses {' '.join(options)}: {' '.join(first)}")
+    own = ("--timing-allow-fail",) if has_constraints else (*_UNCONSTRAINED, *_target(options))
+    tried = subprocess.run([_program("nextpnr-ecp5"), *_DEVICE, *map(str, own), "--seed", "1", "--no-route", *options],
+                           capture_output=True, text=True, check=False)
+    lines = [line for line in (tried.stdout + tried.stderr).splitlines() if line.strip()]
+    if tried.returncode or not any("finished normally" in line for line in lines):
+        said = [line.removeprefix("ERROR: ") for line in lines if line.startswith(("ERROR:", "unrecognised"))] or lines
+        raise InputError(f"report: nextpnr-ecp5 refuses {' '.join(options)}: {' '.join(said[:1])}")
 
 
 def synthesise(component, folder: Path, *, family: Family = FAMILIES["ecp5"]) -> Area:
@@ -146,12 +153,11 @@ def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTI
     seed
         Of the placer.
     options
-        More options of nextpnr. Without ``--freq`` the target is `MHZ`.
+        Of nextpnr. Without ``--freq`` the target is `MHZ`.
     routability_driven
         Whether timing decides the placement only: on a nearly full chip the router finds no timing-driven route.
     """
-    target = () if "--freq" in options else ("--freq", MHZ)
-    clock = _place_then_route(netlist, (*_UNCONSTRAINED, *target), options, seed=seed,
+    clock = _place_then_route(netlist, (*_UNCONSTRAINED, *_target(options)), options, seed=seed,
                               router=_ROUTABILITY_DRIVEN if routability_driven else {})
     return replace(clock, mhz_grade_8=_mhz_grade_8(netlist, seed=seed))
 
@@ -217,6 +223,10 @@ def _program(name):
 
 def _rtlil(component, **options):
     return rtlil.convert(component, name="top", emit_src=False, **options)
+
+
+def _target(options):
+    return () if any(option.split("=")[0] == "--freq" for option in options) else ("--freq", MHZ)
 
 
 def _place_then_route(netlist, files, options, *, seed, router):

@@ -7,9 +7,12 @@ import pytest
 from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+from click.testing import CliRunner
 
 import hw.cli
-from hw.board.ulx3s import CLOCK_HZ, build
+from hw.board.ulx3s import CLOCK_HZ, NEXTPNR, build
+from hw.synthesis.family import Area
+from hw.synthesis.flow import Clock
 
 
 class Counter(wiring.Component):
@@ -36,6 +39,17 @@ def test_constraints_are_of_the_verilogs_ports(tmp_path):
     assert ports == set(re.findall(r'COMP "(\w+)"', text))
     (clock,) = re.findall(r'FREQUENCY PORT "clk25_0__io" ([\d.]+) HZ', text)
     assert float(clock) == CLOCK_HZ
+
+
+@pytest.mark.parametrize(("more", "options"), [
+    ([], NEXTPNR), (["--nextpnr", ""], ()), (["--nextpnr", "--placer 'static'"], ("--placer", "static"))])
+def test_options_replace_the_default(more, options, monkeypatch, tmp_path):
+    found = []
+    monkeypatch.setattr("hw.board.ulx3s.bitstream", lambda *_, **given: found.append(given) or (
+        Area(lut=1, ff=2, dsp=3, bram=4), Clock(seed=5, mhz=60.0, path="a path")))
+    result = CliRunner().invoke(hw.cli.main, ["board", "-o", str(tmp_path), "--seed", "5", *more])
+    assert result.exit_code == 0, result.output
+    assert found == [{"seed": 5, "options": options}]
 
 
 @pytest.mark.nightly

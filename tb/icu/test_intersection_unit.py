@@ -68,7 +68,7 @@ class Frusta:
             assert self.bench.sums == list(zip(sums.patch.tolist(), sums.sum.tolist(), strict=True))
         return counters
 
-    def of_some(self, record, order):
+    def hits_among(self, record, order):
         """Golden's hits among some of the patches, by their ids in the scene."""
         hits = NaiveFixed(self.geometry[order], self.bench.config).cast(record)
         return replace(hits, patch=np.where(hits.patch >= 0, order[hits.patch], -1))
@@ -210,7 +210,9 @@ async def read_out_of_the_present_frustum(dut):
 
 @cocotb.test()
 async def tables_and_the_next_frustum_wait_for_patches_in_flight(dut):
-    """Those of a screen, while patches of a hemisphere are in flight, from each cycle after a first vertex on."""
+    """Tables of a screen wait, offered 0 to 3 cycles after a hemisphere's first vertex; so does its frustum, offered
+    after the last vertex.
+    """
     await start(dut, cycles=200_000)
     bench = bench_of(dut)
     frusta = Frusta(bench, scene="soup 9", rays=(32, 8), pixels=(20, 15))
@@ -228,7 +230,7 @@ async def tables_and_the_next_frustum_wait_for_patches_in_flight(dut):
         await cast
         await frusta.hits_of(hemisphere, Sector.whole(hemisphere))
         await tables
-        # A frustum that is not read out, and the next one offered behind its last vertex.
+        # The hemisphere is not read out; the frustum of the screen is offered after its last vertex.
         await bench.begin(hemisphere, Sector.whole(hemisphere))
         cast = bench.ports.run(bench.cast(frusta.geometry, order))
         await bench.ports.until(lambda: len(taken) == 8 * len(order))
@@ -252,9 +254,9 @@ async def frusta_back_to_back(dut):
         await bench.begin(record, whole)
         await bench.cast(frusta.geometry, order)
         await bench.ports.send("i_frustum", [frustum_payload(record, each, bench.config) for each in (small, whole)])
-        # With the patches of the one before the rays would have all their hits.
+        # Hits left over from the previous frustum would be those of all patches.
         await bench.cast(frusta.geometry, order[::3])
-        expected = section_hits(frusta.of_some(record, order[::3]), record, whole)
+        expected = section_hits(frusta.hits_among(record, order[::3]), record, whole)
         assert len((await bench.hits(whole)).differences(expected)) == 0
 
 
@@ -270,7 +272,7 @@ async def read_out_at_the_first_vertex(dut):
     patches = frusta.naive.cast(record).patch
     last = int(np.bincount(patches[patches >= 0]).argmax())
     before = np.setdiff1d(np.arange(count), [last])
-    without = section_hits(frusta.of_some(record, before), record, whole)
+    without = section_hits(frusta.hits_among(record, before), record, whole)
     included = []
     for after in range(-2, 6):
         await bench.begin(record, whole)

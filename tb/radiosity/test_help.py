@@ -11,6 +11,8 @@ import pytest
 from click.testing import CliRunner
 
 import golden.cli
+import hw.board.soc
+import hw.board.ulx3s
 import hw.cli
 import radiosity.cli
 from golden.cast import methods
@@ -202,6 +204,8 @@ def test_names_are_those_of_the_registries():
     assert tuple(FAMILIES) == hardware.FAMILIES
     assert tuple(policy.name.lower() for policy in CachePolicy) == hardware.POLICIES
     assert " ".join(OPTIONS) == hardware.NEXTPNR
+    assert " ".join(hw.board.ulx3s.NEXTPNR) == hardware.BOARD_NEXTPNR
+    assert " ".join(hw.board.soc.NEXTPNR) == hardware.SOC_NEXTPNR
     assert hardware.MHZ == MHZ
 
 

@@ -50,6 +50,20 @@ def commands(monkeypatch, tmp_path):
     return found
 
 
+@pytest.mark.parametrize(("native", "version"), [("/bin/nextpnr", "nextpnr-1.2 (native)"), (None, "nextpnr-1.2")])
+def test_a_native_nextpnr_is_marked(native, version, monkeypatch):
+    monkeypatch.setattr(flow.shutil, "which", lambda name: native)
+    monkeypatch.setattr(flow.subprocess, "run", lambda *_, **__: SimpleNamespace(
+        stdout="", stderr="Next Generation Place and Route (Version nextpnr-1.2)"))
+    assert flow.tool_versions().split(", ")[-1] == version
+
+
+@pytest.mark.parametrize("option", ["--freq=90", "--freq"])
+def test_a_target_clock_replaces_that_of_the_flow(option, commands, tmp_path):
+    place_and_route(tmp_path / "clock.json", seed=7, options=(option,))
+    assert "105" not in commands[0][0]
+
+
 @pytest.mark.parametrize(("routability", "expected"), [
     ({}, {"router2/bbMargin/x": "8"}), ({"routability_driven": True}, flow._ROUTABILITY_DRIVEN)],
     ids=["timing", "routability"])
