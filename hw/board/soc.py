@@ -14,7 +14,7 @@ from golden.errors import InputError
 from hw.board.narrow import NARROW
 from hw.output import write_text
 from hw.package.core_files import write_core
-from hw.synthesis.flow import verilog_bitstream
+from hw.synthesis.flow import check_options, verilog_bitstream
 
 __all__ = ["NEXTPNR", "PRESET", "SOC", "build_soc"]
 
@@ -64,11 +64,14 @@ def build_soc(config: Config, folder: Path, *, litex: Path, hertz: int, baud: in
     Raises
     ------
     InputError
-        There is no such LiteX, the SoC does not fit, or it misses its clock.
+        There is no such LiteX, nextpnr refuses an option, the SoC does not fit, or it misses its clock.
     """
     begin = time.perf_counter()
     if config.noc.nodes != 1:
         raise InputError(f"soc: Clusters (noc.columns, noc.rows) must be 1, not {config.noc.nodes}")
+    options = "--freq", f"{hertz / 1e6:g}", *options
+    if routes:
+        check_options(options, has_constraints=True)
     _run_litex(litex, "-c", "import litedram, litex_boards.platforms.radiona_ulx3s", folder=Path.cwd())
     with stage("export"):
         write_core("engine", config=config, preset=PRESET, folder=folder)
@@ -81,8 +84,7 @@ def build_soc(config: Config, folder: Path, *, litex: Path, hertz: int, baud: in
     facts = {"output": [str(path) for path in (*sources, constraints)]}
     if routes:
         with stage("synthesis, place and route"):
-            area, clock = verilog_bitstream(sources, constraints.read_text(), made, NAME, seed=seed,
-                                            options=("--freq", f"{hertz / 1e6:g}", *options))
+            area, clock = verilog_bitstream(sources, constraints.read_text(), made, NAME, seed=seed, options=options)
         facts |= {"seconds": round(time.perf_counter() - begin)} | asdict(area) | asdict(clock)
         figures = made / f"{NAME}.figures.json"
         facts["output"] += [str(made / f"{NAME}.bit"), str(figures)]

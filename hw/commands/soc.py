@@ -37,11 +37,10 @@ def soc(mhz, baud, revision, seed, nextpnr, litex, no_bitstream, folder, assignm
     """
     from golden.stage_progress import StageProgress
     from hw.board.soc import SOC, build_soc
-    from hw.synthesis.flow import check_options, tool_versions
+    from hw.synthesis.flow import tool_versions
 
     if not no_bitstream:
         tool_versions()
-        check_options(("--freq", f"{mhz:g}", *nextpnr), has_constraints=True)
     stages = dict(list(_SECONDS.items())[:2] if no_bitstream else _SECONDS)
     with StageProgress("SoC", stages, shown=console().progress) as bar:
         facts = build_soc(SOC.with_parameters(assignments), folder, litex=litex.absolute(), hertz=round(mhz * 1e6),

@@ -116,7 +116,7 @@ def check_options(options: tuple[str, ...], *, has_constraints: bool = False) ->
                            capture_output=True, text=True, check=False)
     lines = [line for line in (tried.stdout + tried.stderr).splitlines() if line.strip()]
     if tried.returncode or not any("finished normally" in line for line in lines):
-        said = [line.removeprefix("ERROR: ") for line in lines if line.startswith(("ERROR:", "unrecognised"))] or lines
+        said = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR:")] or lines
         raise InputError(f"report: nextpnr-ecp5 refuses {' '.join(options)}: {' '.join(said[:1])}")
 
 
