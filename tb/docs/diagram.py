@@ -56,7 +56,8 @@ def dot(structure: Structure, *, page_of: Callable[[type], str | None] = lambda 
         streams.setdefault((source, sink), {})[_label(link)] = None
     lines += [_quote(node) + _attributes(label=port, shape="plaintext", style="", fontsize=10)
               for node, port in ports.items()]
-    lines += [f"{_quote(source)} -> {_quote(sink)}" + _attributes(label="\n".join(labels))
+    # Without empty lines, on which the library fails now and then.
+    lines += [f"{_quote(source)} -> {_quote(sink)}" + _attributes(label="\n".join(filter(None, labels)))
               for (source, sink), labels in streams.items()]
     if not any({source, sink} <= set(names.values()) for source, sink in streams):
         lines += [f"{_quote(source)} -> {_quote(sink)}" + _attributes(style="dashed", color="#888888")
@@ -75,7 +76,7 @@ def draw(text: str) -> str:
     done = subprocess.run([sys.executable, "-m", "tb.docs.layout"], input=text, capture_output=True, text=True,
                           check=False)
     if done.returncode:
-        raise RuntimeError(f"layout of a diagram: {done.stderr}")
+        raise RuntimeError(f"layout of a diagram ended with {done.returncode}: {done.stderr}")
     # Without the preamble of a file of its own, and without what says when it was made.
     return re.sub(r"<!--.*?-->\n?", "", done.stdout[done.stdout.index("<svg"):], flags=re.DOTALL)
 

@@ -1,20 +1,26 @@
-"""The verification report: tests, proofs with negative controls, and functional coverage, collected from the code."""
+"""The verification report: tests, proofs with negative controls, and functional coverage, collected from the code.
+
+``python -m tb.docs.verification`` prints it, of the tests of some files if they are named.
+"""
 
 import ast
 import contextlib
 import inspect
 import io
 import re
+import subprocess
+import sys
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
+import click
 import pytest
 
 from tb.docs.reference import markdown
 from tb.formal import declare
 
-__all__ = ["collected", "proofs", "report", "report_of"]
+__all__ = ["collected", "main", "proofs", "report", "report_of"]
 
 ROOT = Path(__file__).parents[2]
 MUTANTS = ROOT / "out" / "bench" / "mutation.md"
@@ -51,9 +57,21 @@ def collected(*paths: str) -> list[pytest.Function]:
     return collector.items
 
 
-def report() -> str:
-    """The page, of all tests."""
-    return report_of(collected())
+def report(*paths: str) -> str:
+    """The page, of the tests of files or folders, of all if there are none.
+
+    From a process of its own: pytest refuses to collect where what it rewrites has been imported already.
+
+    Raises
+    ------
+    RuntimeError
+        One of them cannot be read.
+    """
+    done = subprocess.run([sys.executable, "-m", "tb.docs.verification", *paths], cwd=ROOT, capture_output=True,
+                          text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"verification report: {done.stderr}")
+    return done.stdout
 
 
 def report_of(items: list[pytest.Function]) -> str:
@@ -125,8 +143,10 @@ def _cases() -> list[str]:
     """Of all files with cases, which they are: strings given to `Coverage` or `assert_all_occur`."""
     lines = ["| in | cases |", "|---|---|"]
     for path in sorted((ROOT / "tb").rglob("*.py")):
-        names: dict[str, None] = {}
-        tree = ast.parse(path.read_text())
+        text, names = path.read_text(), {}
+        if not re.search(r"\b(Coverage|assert_all_occur)\(", text):
+            continue
+        tree = ast.parse(text)
         constants = {target.id: node.value for node in tree.body if isinstance(node, ast.Assign)
                      for target in node.targets if isinstance(target, ast.Name)}
         for node in ast.walk(tree):
@@ -162,3 +182,14 @@ def _path(item):
 
 def _words(name):
     return name.removeprefix("test_").replace("_", " ")
+
+
+@click.command()
+@click.argument("paths", nargs=-1)
+def main(paths):
+    """Print the report of the tests of PATHS, of all if there are none."""
+    click.echo(report_of(collected(*paths)), nl=False)
+
+
+if __name__ == "__main__":
+    main()
