@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 
@@ -28,15 +29,17 @@ def compiled(function: Callable) -> Callable:
 
     Every operation rounds by itself (no fast-math, no fused multiply-add), and a division by zero gives an infinity or
     NaN, so the function computes the bits of the same operations in numpy. It runs beside other threads. The code is
-    kept in ``__pycache__`` beside the source, else in the user's cache folder, else for this process only.
+    kept for other processes (`KernelCache`), where the user has a folder for it.
 
     Where the compiler is not active, Python runs the function as it is.
     """
     if not is_compiler_active():
         return function
     import numba
-    options = {"nogil": True, "error_model": "numpy"}
-    try:
-        return numba.njit(cache=True, **options)(function)
-    except RuntimeError:  # no folder for the code can be written
-        return numba.njit(**options)(function)
+
+    from golden.kernel_cache import KernelCache
+    dispatcher = numba.njit(nogil=True, error_model="numpy")(function)
+    with suppress(RuntimeError):  # the user has no folder
+        # Instead of numba's own cache, which takes no notice of what a function calls or reads in other files.
+        dispatcher._cache = KernelCache(dispatcher)
+    return dispatcher

@@ -1,7 +1,4 @@
-"""The traversal of `golden.cast.grid.Grid` as a compiled function, ray by ray, with the tests of `golden.oracle`.
-
-All functions are in one file: the compiler's cache of a function does not see changes of another file.
-"""
+"""The traversal of `golden.cast.grid.Grid` as a compiled function, ray by ray, with the tests of `golden.oracle`."""
 
 import numpy as np
 

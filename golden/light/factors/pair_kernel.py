@@ -1,7 +1,6 @@
 """The arithmetic of pairs of patches, pair by pair when compiled and else on arrays of pairs.
 
-A patch is an array of 4 x 3 coordinates, or of 4 x 3 x P: the same code serves both, with the same bits. All functions
-are in one file: the compiler's cache of a function does not see changes of another file.
+A patch is an array of 4 x 3 coordinates, or of 4 x 3 x P: the same code serves both, with the same bits.
 """
 
 import numpy as np
