@@ -37,7 +37,7 @@ COMMANDS = [command for commands in PAGES.values() for command in commands]
 FOREIGN = ("source", "git", "apt-get", "openFPGALoader", "stty")
 
 # What takes longer than a commit's tests may: a simulator's build, place and route, images, simulated machines, of
-# which tb/radiosity/printed.json has smaller ones; or reads what this writes.
+# which tb/radiosity has smaller ones; or reads what this writes.
 SLOW = re.compile(r"--method machine|--manifest|radiosity (render|formfactors|verilog|board|report|machine)"
                   r"|-m hw (report|verilog|board)")
 # Benchmarks: the nightly runs each once and compares the tables of all pages.

@@ -5,6 +5,8 @@ to change them.
 """
 
 import json
+import re
+import zlib
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -17,8 +19,9 @@ from hw.package import core_files as core_module
 from hw.package import manifest as manifest_module
 from hw.package.core_files import core_files
 from hw.package.tops import TOPS
-from tb.radiosity.printed import listed
 
+# Lines of a text up to which it is listed whole, and characters of one of them.
+_WHOLE, _LONG = 40, 240
 RECORD = Path(__file__).with_name("core_record.json")
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 2, "noc.rows": 1})
 
@@ -34,6 +37,15 @@ def files(top):
             stack.enter_context(mock.patch.object(manifest_module, "unit_latencies", return_value={}))
         found = core_files(top, config=CONFIG, preset="tiny")
     return {name: _content(name, content) for name, content in found.items()}
+
+
+def listed(text):
+    """The lines of a text, or their number and check sum if there are many; of long lines the beginning."""
+    text = re.sub(r"\b[0-9a-f]{64}\b", "#", re.sub(r"\d+\.\d+ s\b", "# s", text))
+    lines = text.splitlines()
+    if len(lines) > _WHOLE:
+        lines = [*lines[:8], f"... {len(lines)} lines, {zlib.crc32(text.encode()):08x}"]
+    return [line if len(line) <= _LONG else f"{line[:60]} ... {zlib.crc32(line.encode()):08x}" for line in lines]
 
 
 def _content(name, content):

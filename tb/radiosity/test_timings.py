@@ -1,47 +1,44 @@
-"""Latencies and capacities by which machines are simulated, of some configurations.
+"""Latencies and capacities by which machines are simulated: what follows each parameter, and that nothing else does.
 
 The cycles of simulated casts and jobs are compared with the hardware's elsewhere, for the configurations that are
-built; these values are those of all others too.
+built; these differences are those of all others too.
 """
 
-import json
 from dataclasses import asdict
-from pathlib import Path
 
 import pytest
 
 from golden.config import PRESETS
+from hw.memsys.lfu_placement import LfuPlacement
+from hw.memsys.set_placement import SetPlacement
 from radiosity.job_timing import bus_timing, job_timing, joint_timing, load_timing
 
-RECORD = Path(__file__).with_name("timings.json")
-CONFIGS = {**{name: PRESETS[name] for name in ("tiny", "small", "paper", "thesis")},
-           "wide": PRESETS["small"].replace({"memory.data_bits": 512, "memory.burst_beats": 2,
-                                             "memsys.cache_policy": "lfu"}),
-           "narrow": PRESETS["tiny"].replace({"memory.data_bits": 64, "memsys.cache_policy": "direct",
-                                              "noc.columns": 4, "noc.rows": 2})}
+
+def timings(changes=None, latency=10):
+    config = PRESETS["tiny"].replace(changes or {})
+    parts = {"job": job_timing(config, latency=latency), "load": load_timing(config, latency=latency),
+             "joint": joint_timing(config), "bus": bus_timing(config, latency=latency)}
+    return {(kind, name): value for kind, part in parts.items() for name, value in asdict(part).items()}
 
 
-def timings(name):
-    config = CONFIGS[name]
-    return {"job": asdict(job_timing(config, latency=10)), "load": asdict(load_timing(config, latency=10)),
-            "joint": asdict(joint_timing(config)), "bus": asdict(bus_timing(config, latency=10))}
+BEFORE = timings()
+# A record of a patch is six words of 64 bits: five beats more than one of 512 bits.
+WIDE = {("bus", "fetch"): -5, ("bus", "next_fetch"): -5}
+LFU = LfuPlacement.latency - SetPlacement.latency
 
 
-@pytest.mark.parametrize("name", CONFIGS)
-def test_latencies_of_a_configuration(name):
-    assert timings(name) == json.loads(RECORD.read_text())[name]
-
-
-def test_main_memorys_latency_counts_where_it_is_waited_for():
-    config = PRESETS["tiny"]
-    slow = {"job": asdict(job_timing(config, latency=110)), "load": asdict(load_timing(config, latency=110)),
-            "bus": asdict(bus_timing(config, latency=110))}
-    fast = timings("tiny")
-    changed = {(kind, name): slow[kind][name] - fast[kind][name]
-               for kind, values in slow.items() for name in values if values[name] != fast[kind][name]}
-    assert changed == {("job", "answer"): 100, ("load", "trip"): 100, ("load", "extents"): 100, ("bus", "fetch"): 100,
-                       ("bus", "next_fetch"): 100}
-
-
-if __name__ == "__main__":
-    RECORD.write_text(json.dumps({name: timings(name) for name in CONFIGS}, indent=1) + "\n")
+@pytest.mark.parametrize(("changes", "latency", "expected"), [
+    # Where main memory is waited for.
+    ({}, 110, dict.fromkeys([("job", "answer"), ("load", "trip"), ("load", "extents"), ("bus", "fetch"),
+                             ("bus", "next_fetch")], 100)),
+    ({"memory.data_bits": 512}, 10, WIDE | {("load", "burst"): 16 * (512 - 64) // 8}),
+    ({"memory.data_bits": 512, "memory.burst_beats": 2}, 10, WIDE),
+    ({"memsys.cache_policy": "lfu"}, 10, {("bus", "hit"): LFU, ("bus", "fetch"): LFU}),
+    # Five flits of 72 bits are ten of half as many.
+    ({"noc.flit_bits": 36}, 10, {("joint", "reply_flits"): 5}),
+    ({"memsys.cache_fetches": 2, "memsys.bus_requests": 2, "noc.requests": 2}, 10, {
+        ("bus", "fetches"): 2 - 8, ("bus", "outstanding"): 2 - 4, ("joint", "outstanding"): 2 - 4}),
+    ({"noc.columns": 4, "noc.rows": 2, "memsys.cache_policy": "direct"}, 10, {})])
+def test_what_follows_a_parameter(changes, latency, expected):
+    after = timings(changes, latency)
+    assert {name: after[name] - value for name, value in BEFORE.items() if after[name] != value} == expected
