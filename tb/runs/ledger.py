@@ -1,0 +1,93 @@
+"""The ledger of the nightly: which shard ran on which commit, with what tools, for how long, and how it ended."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+__all__ = ["Entry", "Ledger"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One run of a shard.
+
+    Parameters
+    ----------
+    shard
+        Its name.
+    commit
+        The commit's hash; with ``+`` behind it, files differed from the commit.
+    seed
+        What the tests drew from.
+    versions
+        Of the tools, by name.
+    began
+        Local time, ISO 8601.
+    wall, cpu
+        Seconds; the CPU's are those of all processes.
+    passed, failed, skipped
+        Numbers of tests; an error counts as failed.
+    result
+        ``green``; ``red``; ``late``: it was ended after the most minutes of a shard.
+    """
+
+    shard: str
+    commit: str
+    seed: int
+    versions: dict[str, str]
+    began: str
+    wall: float
+    cpu: float
+    passed: int
+    failed: int
+    skipped: int
+    result: str
+
+
+class Ledger:
+    """A file of entries, one JSON object per line; a run only appends.
+
+    Parameters
+    ----------
+    path
+        The file; it need not exist.
+
+    Raises
+    ------
+    ValueError
+        A line is no entry.
+    """
+
+    def __init__(self, path: Path):
+        self._path = path
+        self.entries: list[Entry] = []
+        for number, line in enumerate(path.read_text().splitlines() if path.exists() else (), 1):
+            try:
+                self.entries.append(Entry(**json.loads(line)))
+            except (TypeError, json.JSONDecodeError) as error:
+                raise ValueError(f"{path}, line {number}: no entry of a ledger") from error
+
+    def add(self, entry: Entry) -> None:
+        """Append an entry, to the file too."""
+        self.entries.append(entry)
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        with self._path.open("a") as file:
+            file.write(json.dumps(asdict(entry)) + "\n")
+
+    def missing(self, shards: Iterable[str], commit: str) -> list[str]:
+        """The shards whose newest entry for a commit is not green, in order."""
+        newest = {entry.shard: entry.result for entry in self.entries if entry.commit == commit}
+        return [shard for shard in shards if newest.get(shard) != "green"]
+
+    def table(self, shards: Iterable[str], commit: str) -> str:
+        """What the newest entries of a commit say, as Markdown."""
+        newest = {entry.shard: entry for entry in self.entries if entry.commit == commit}
+        rows = [[shard, *(("-",) * 6 if shard not in newest else _row(newest[shard]))] for shard in shards]
+        head = ["shard", "result", "passed", "failed", "min", "CPU min", "seed"]
+        return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
+
+
+def _row(entry):
+    return (entry.result, str(entry.passed), str(entry.failed), f"{entry.wall / 60:.1f}", f"{entry.cpu / 60:.1f}",
+            str(entry.seed))

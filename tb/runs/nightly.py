@@ -1,0 +1,106 @@
+"""Run shards of the nightly and enter each into the ledger. Their Icarus cases must run."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable
+from datetime import datetime
+from pathlib import Path
+from xml.etree import ElementTree
+
+from tb.runs.ledger import Entry, Ledger
+from tb.runs.shard import MINUTES, Shard
+from tb.runs.versions import versions
+
+__all__ = ["commit_of", "counts", "run_shards"]
+
+
+def commit_of(folder: Path) -> str:
+    """The hash of the commit that is checked out, and ``+`` if files differ from it."""
+    def git(*words):
+        return subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True, check=True).stdout.strip()
+
+    return git("rev-parse", "HEAD") + ("+" if git("status", "--porcelain") else "")
+
+
+def counts(report: Path) -> tuple[int, int, int]:
+    """Tests that passed, that failed and that were skipped, of a JUnit report; nothing if there is none."""
+    if not report.exists():
+        return 0, 0, 0
+    suites = list(ElementTree.parse(report).getroot().iter("testsuite"))
+    total, failures, errors, skipped = (sum(int(suite.get(name, "0")) for suite in suites)
+                                        for name in ("tests", "failures", "errors", "skipped"))
+    return total - failures - errors - skipped, failures + errors, skipped
+
+
+def run_shards(root: Path, given: Iterable[Shard], ledger: Ledger, *, seed: int, report: Callable[[Entry], object],
+               minutes: float | None = None, most: float = MINUTES, processes: int = 2) -> bool:
+    """Run shards one after the other, whatever fails, and enter each.
+
+    Parameters
+    ----------
+    root
+        The checkout.
+    given
+        The shards.
+    ledger
+        Gets their entries.
+    seed
+        What their tests draw from.
+    report
+        Is given each entry.
+    minutes
+        No shard begins later than this.
+    most
+        A shard is ended after this many minutes.
+    processes
+        Tests that run at once; 0: in pytest's own process.
+
+    Returns
+    -------
+    Whether all ran and are green.
+    """
+    begin, is_green = time.monotonic(), True
+    for shard in given:
+        if minutes is not None and time.monotonic() - begin > 60 * minutes:
+            return False
+        entry = _run(root, shard, seed, most, processes)
+        ledger.add(entry)
+        is_green &= entry.result == "green"
+        report(entry)
+    return is_green
+
+
+def _run(root, shard, seed, most, processes):
+    """The entry of a run of one shard."""
+    report = root / "out" / "nightly" / f"{shard.name.replace('/', '-')}.xml"
+    report.parent.mkdir(parents=True, exist_ok=True)
+    report.unlink(missing_ok=True)
+    commit, began, begin, used = commit_of(root), datetime.now(), time.monotonic(), _used()
+    command = [sys.executable, "-m", "pytest", "-n", str(processes), "--dist", "loadgroup", "-q",
+               f"--junitxml={report}", *(str(path.relative_to(root)) for path in shard.files)]
+    process = subprocess.Popen(command, cwd=root, start_new_session=True,
+                               env={**os.environ, "SEED": str(seed), "ICARUS": "required"})
+    try:
+        code, result = process.wait(60 * most), "red"
+    except subprocess.TimeoutExpired:
+        code, result = None, "late"
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    passed, failed, skipped = counts(report)
+    if code == 0 and passed and not failed and not skipped:
+        result = "green"
+    return Entry(shard=shard.name, commit=commit, seed=seed, versions=versions(), began=began.isoformat("T", "seconds"),
+                 wall=round(time.monotonic() - begin, 1), cpu=round(_used() - used, 1), passed=passed, failed=failed,
+                 skipped=skipped, result=result)
+
+
+def _used():
+    """CPU seconds of all programs that ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
