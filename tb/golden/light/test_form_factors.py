@@ -1,5 +1,9 @@
+from collections import Counter
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
@@ -13,10 +17,13 @@ from golden.light.glass import ClearRays, Glass
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
 from golden.scene.material import Material
+from golden.spread import in_turn
 from tb.golden.light.cube import cube
 from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.hemisphere_factors import hemisphere_factors
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.light.spreads import backwards
+from tb.lib.schedules import SETTINGS
 
 PLATE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
 RAYS = (1024, 256)
@@ -156,6 +163,40 @@ def test_results_do_not_depend_on_the_size_of_blocks(monkeypatch):
         np.testing.assert_array_equal(result.row_sums, results[0].row_sums)
 
 
+@pytest.mark.parametrize("glass", [False, True])
+def test_results_do_not_depend_on_the_order_in_which_blocks_end(glass, monkeypatch):
+    """Of hemispheres half of which see the sky, some of them through a pane."""
+    monkeypatch.setattr(form_factors, "_BLOCK", 40)
+    roof = lifted(PLATE, 0.1)
+    pane = Material(name="pane", transparent=(0.5, 0.5, 0.5)) if glass else Material(name="grey")
+    scene = scene_of((PLATE, Material(name="floor")), (roof, pane))
+    points = np.array([(x, 0.5, z) for z in (0, 0.2) for x in (0.1, 0.4, 0.6, 0.9)])
+    clear = ClearRays(scene, Glass(scene), Naive(scene), 0) if glass else None
+    found = [hemisphere_sums(Naive(scene), Hemisphere(8, 4), points, np.tile((0.0, 0, 1), (8, 1)), -1, columns=2,
+                             column_of=patch_columns(scene), clear=clear, spread=spread,
+                             sky=lambda direction: direction + 1) for spread in (in_turn, backwards)]
+    assert (found[0].light[4:] > found[0].light[:4]).all()
+    np.testing.assert_array_equal(found[1].light, found[0].light)
+    np.testing.assert_array_equal(found[1].row_sums, found[0].row_sums)
+    np.testing.assert_array_equal(found[1].weights.toarray(), found[0].weights.toarray())
+
+
+@settings(SETTINGS, max_examples=40)
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 2), st.integers(-1, 4)), max_size=12))
+def test_arrays_sum_the_entries_that_compiled_loops_sum(entries):
+    """Entries of owner, weight and column; owners may have none, and weights may be zero."""
+    owner, weight, column = np.array(sorted(entries), dtype=np.int64).reshape(-1, 3).T
+    sums = Counter()
+    for row, value, met in zip(owner.tolist(), weight.tolist(), column.tolist(), strict=True):
+        sums[row, met] += value if met >= 0 else 0
+    expected = [(value, row, met) for (row, met), value in sorted(sums.items()) if value]
+    with pytest.MonkeyPatch.context() as patch:
+        for modules in ((), (form_factors,)):
+            on_arrays(patch, *modules)
+            found = form_factors._entries(owner, weight, column, 5)
+            assert list(zip(*(part.tolist() for part in found), strict=True)) == expected
+
+
 def test_rows_on_demand_are_rows_of_the_whole():
     scene = cube(2)
     rows = PatchRows(scene, Grid(scene), rays=(32, 8), samples=2)
@@ -242,19 +283,3 @@ def test_arrays_turn_directions_as_compiled_loops_do(monkeypatch):
     assert (compiled.origin[70].tolist(), compiled.source[70]) == ([6, 7, 8], 2)
     on_arrays(monkeypatch, form_factors)
     assert form_factors._hemisphere_rays(*arguments).direction == pytest.approx(compiled.direction, rel=1e-14)
-
-
-def test_arrays_and_compiled_loops_sum_the_same_entries(monkeypatch):
-    random = np.random.default_rng(8)
-    owner = np.sort(random.choice([3, 4, 7, 9], 600))
-    weight, column = random.integers(0, 50, 600), random.integers(-1, 40, 600)
-    column[owner == 7] = -1
-    compiled = form_factors._entries(owner, weight, column, 40)
-    sums = np.zeros((10, 40), dtype=int)
-    np.add.at(sums, (owner[column >= 0], column[column >= 0]), weight[column >= 0])
-    rows, columns = np.nonzero(sums)
-    for found, truth in zip(compiled, (sums[rows, columns], rows, columns), strict=True):
-        assert found.tolist() == truth.tolist()
-    on_arrays(monkeypatch, form_factors)
-    for found, other in zip(compiled, form_factors._entries(owner, weight, column, 40), strict=True):
-        assert found.tolist() == other.tolist()

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from golden.errors import InputError
-from golden.light import two_pass
+from golden.light import form_factors, two_pass
 from golden.light.direct import DirectLight
 from golden.light.tone import luminance
 from golden.light.two_pass import FAINT, RenderSettings, render
@@ -22,6 +22,7 @@ from golden.scene.texture import Texture
 from golden.scene.textures import Textures
 from golden.spread import in_turn
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.light.spreads import backwards
 
 SMALL = {"width": 12, "height": 10, "samples": 1, "light_samples": 4, "rays": (16, 4), "max_edge": 100.0}
 COLOUR = np.array((4.0, 2.0, 1.0))
@@ -314,6 +315,13 @@ def test_equal_inputs_give_equal_bytes(room, image_of_room):
 @pytest.mark.parametrize("batch", [50, 101])
 def test_pixels_do_not_depend_on_the_batches(room, image_of_room, monkeypatch, batch):
     monkeypatch.setattr(two_pass, "BATCH", batch)
+    assert picture(room, **ROOM).image.tobytes() == image_of_room.image.tobytes()
+
+
+def test_the_order_in_which_spans_end_does_not_change_the_bytes(room, image_of_room, monkeypatch):
+    monkeypatch.setattr(two_pass, "BATCH", 101)
+    monkeypatch.setattr(form_factors, "_BLOCK", 300)
+    monkeypatch.setattr(two_pass, "in_threads", lambda jobs: backwards)
     assert picture(room, **ROOM).image.tobytes() == image_of_room.image.tobytes()
 
 

@@ -38,12 +38,23 @@ def test_a_spot_has_the_angles_of_gltf_unless_it_states_others(tmp_path):
     assert (spot.cone.inner, spot.cone.outer) == pytest.approx((0, 45))
 
 
-def test_a_cone_falls_off_as_the_extension_says():
-    cone = Cone(direction=(0, 0, -2), inner=20, outer=40)
-    angles = np.radians([0, 19.9, 30, 40.1, 120])
-    toward = 3 * np.stack([np.sin(angles), 0 * angles, np.cos(angles)], axis=1)
-    inner, middle, outer = np.cos(np.radians((20, 30, 40)))
-    assert cone.factor(toward) == pytest.approx([1, 1, ((middle - outer) / (inner - outer)) ** 2, 0, 0])
+@pytest.mark.parametrize(("inner", "outer"), [(0, 45), (0, 90), (20, 40), (60, 90), (89, 90), (0, 1), (30, 30.01)])
+def test_a_cone_is_whole_up_to_its_inner_angle_and_dark_from_its_outer_one(inner, outer):
+    """At both angles exactly, at the axis and behind the light, for a tilted direction of any length."""
+    cone = Cone(direction=(2, -1, 2), inner=inner, outer=outer)
+    axis, across = np.array((2.0, -1, 2)) / 3, np.array((1.0, 2, 0)) / np.sqrt(5)
+
+    def factor(*angles):
+        angles = np.radians(angles)[:, None]
+        return cone.factor(-7 * (np.cos(angles) * axis + np.sin(angles) * across))
+
+    whole, dark = np.cos(np.radians((inner, outer)))
+    # The extension bounds the sharpness of the edge: a narrow cone never has its whole intensity.
+    least = max(whole - dark, 1e-3)
+    between = np.cos(np.radians((inner + outer) / 2))
+    expected = [min(1, (cosine - dark) / least) ** 2 for cosine in (1, whole, between, dark)]
+    assert factor(0, inner, (inner + outer) / 2, outer) == pytest.approx(expected, abs=1e-9)
+    assert factor(outer + 0.01, 90.01, 135, 180).tolist() == [0, 0, 0, 0]
 
 
 @pytest.mark.parametrize(("make", "says"), [

@@ -117,7 +117,7 @@ def test_triangles_among_polygons_stay_triangles(tmp_path):
 def test_a_binary_ply_with_faces_of_all_sizes_is_read(tmp_path):
     random = np.random.default_rng(4)
     points, faces = [], []
-    for k in range(300):
+    for k in range(80):
         count = int(random.integers(3, 8))
         angle = np.arange(count) * 2 * np.pi / count
         faces.append(tuple(range(len(points), len(points) + count)))
@@ -158,21 +158,6 @@ def test_a_face_that_is_there_twice_counts_once_and_back_to_back_ones_are_two_si
     faces = [(0, 1, 2, 3), (1, 2, 3, 0), (3, 2, 1, 0)]
     scene = load_scene(write(tmp_path, "a.obj", obj(BOX, faces)))
     assert len(scene) == 1
-
-
-def test_obj_corners_may_have_textures_normals_and_negative_numbers(tmp_path):
-    text = ("# comment\no thing\ng part\ns 1\nvt 0 0\nvn 0 0 1\nv 0 0 0\nv 1 0 0 # here\nv 1 1 0\nv 0 1 0 1.0\n"
-            "f 1/1/1 2//1 \\\n 3/1 4\nv 0 0 5\nv 1 0 5\nv 1 1 5\nf -3 -2 -1\n")
-    scene = load_scene(write(tmp_path, "a.obj", text))
-    assert scene.is_triangle.tolist() == [False, True]
-    # The farthest one back is the first vertex of the file.
-    assert len(load_scene(write(tmp_path, "b.obj", SQUARE + "f -4 -3 -2 -1\n"))) == 1
-
-
-def test_a_face_of_an_obj_may_continue_over_several_lines(tmp_path):
-    scene = load_scene(write(tmp_path, "a.obj", SQUARE + "f 1 2 \\\n 3 \\\n 4\n"))
-    assert scene.is_triangle.tolist() == [False]
-    assert scene.areas.tolist() == [1]
 
 
 MTL = """newmtl wall
@@ -232,14 +217,6 @@ def test_a_library_of_another_folder_may_have_a_path_of_another_system(tmp_path)
     assert [material.diffuse for material in scene.materials] == [(1, 0, 0)]
 
 
-@pytest.mark.parametrize(("lines", "index"), [("Ni 1.5\nillum 2", 1), ("Ni 1.5\nillum 3", 1), ("illum 4", 1),
-                                              ("Ni 1.5\nillum 4", 1.5)])
-def test_transparent_materials_refract_if_they_have_an_index_and_illum_says_so(tmp_path, lines, index):
-    write(tmp_path, "a.mtl", f"newmtl glass\nd 0.2\n{lines}\n")
-    scene = load_scene(write(tmp_path, "a.obj", "mtllib a.mtl\nusemtl glass\n" + obj(BOX, BOX_QUADS)))
-    assert [material.refraction_index for material in scene.materials] == [index]
-
-
 @pytest.mark.parametrize("faces", [BOX_QUADS, fans(BOX_QUADS)])
 @pytest.mark.parametrize("reverse", [False, True])
 def test_glass_bodies_look_outwards_however_they_are_wound(tmp_path, faces, reverse):
@@ -273,16 +250,6 @@ def test_ply_face_and_vertex_colours_become_materials(tmp_path):
     assert by_vertex.channels("diffuse") == pytest.approx(np.full((4, 3), 0.75), abs=0.005)
 
 
-@pytest.mark.parametrize(("kind", "most"), [("uchar", 255), ("char", 127), ("ushort", 65535), ("int", 2**31 - 1)])
-def test_colours_of_a_ply_cover_the_range_of_their_type(tmp_path, kind, most):
-    points, quads = grid_quads(1)
-    text = ply(points, quads, face_colours=[(most, most // 2, 0)])
-    text = text.replace(b"property uchar", f"property {kind}".encode())
-    (colour,) = load_scene(write(tmp_path, "a.ply", text)).channels("diffuse")
-    # Half of sRGB's range.
-    assert colour == pytest.approx((1, 0.21, 0), abs=0.01)
-
-
 def refusal(path):
     try:
         load_scene(path)
@@ -313,13 +280,6 @@ def gltf(folder, *, materials=(), nodes=None, meshes=None, name="a.glb", **more)
 @pytest.mark.parametrize(("source", "expected"), [
     ({"pbrMetallicRoughness": {"baseColorFactor": [0.123456, 0.4, 0.6, 1], "metallicFactor": 0}},
      {"diffuse": (0.123456, 0.4, 0.6)}),
-    ({"pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.6, 0.4, 1], "metallicFactor": 1, "roughnessFactor": 0.1}},
-     {"specular": (0.8, 0.6, 0.4)}),
-    ({"pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.6, 0.4, 1], "metallicFactor": 1, "roughnessFactor": 0.9}},
-     {"diffuse": (0.8, 0.6, 0.4)}),
-    ({"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.25], "metallicFactor": 0}, "alphaMode": "BLEND"},
-     {"diffuse": (0.25, 0.25, 0.25), "transparent": (0.75, 0.75, 0.75), "refraction_index": 1}),
-    ({"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.25], "metallicFactor": 0}}, {"diffuse": (1, 1, 1)}),
     ({"pbrMetallicRoughness": {"metallicFactor": 0}, "extensions": {
         "KHR_materials_transmission": {"transmissionFactor": 0.8}, "KHR_materials_ior": {"ior": 1.7},
         "KHR_materials_volume": {"thicknessFactor": 1}}},
@@ -351,22 +311,6 @@ def test_gltf_nodes_transform_and_instance(tmp_path):
     assert np.allclose(scene.bounds, [(9, 0, 0), (12, 3, 0)])
 
 
-def test_a_mirrored_gltf_mesh_keeps_its_front(tmp_path):
-    scene = load_scene(gltf(tmp_path, nodes=[{"mesh": 0, "scale": [-1, 1, 1]}]))
-    assert scene.normals.tolist() == [[0, 0, 1]]
-
-
-def test_a_gltf_camera_below_other_nodes_is_where_they_put_it(tmp_path):
-    half = 0.5 ** 0.5
-    nodes = [{"children": [1], "translation": [0, 5, 0]}, {"children": [2, 3], "rotation": [0, half, 0, half]},
-             {"camera": 0, "translation": [0, 0, 4]}, {"mesh": 0}]
-    cameras = [{"type": "perspective", "perspective": {"yfov": np.pi / 6, "znear": 0.1}}]
-    camera = load_scene(gltf(tmp_path, nodes=nodes, cameras=cameras)).camera
-    assert camera.eye == pytest.approx((4, 5, 0))
-    assert camera.axes == pytest.approx(np.array([(0, 0, -1), (0, 1, 0), (-1, 0, 0)]), abs=1e-12)
-    assert camera.fov == pytest.approx(30)
-
-
 def test_the_first_perspective_camera_of_gltf_is_the_scenes(tmp_path):
     nodes = [{"children": [1, 2, 3, 4]}, {"camera": 0, "translation": [0, 0, 7]},
              {"camera": 1, "translation": [0, 0, 4]}, {"camera": 2, "translation": [0, 0, 9]}, {"mesh": 0}]
@@ -376,11 +320,6 @@ def test_the_first_perspective_camera_of_gltf_is_the_scenes(tmp_path):
     with pytest.warns(InputWarning, match="cameras beside the first"):
         camera = load_scene(gltf(tmp_path, nodes=nodes, cameras=cameras)).camera
     assert (camera.eye, camera.fov) == (pytest.approx((0, 0, 4)), pytest.approx(30))
-
-
-def test_a_node_with_a_camera_keeps_its_mesh(tmp_path):
-    cameras = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]
-    assert len(load_scene(gltf(tmp_path, nodes=[{"camera": 0, "mesh": 0}], cameras=cameras))) == 1
 
 
 def test_gltf_point_lights_are_read(tmp_path):

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from PIL import Image
 
 from golden.errors import InputError, InputWarning
@@ -14,6 +16,7 @@ from golden.scene.refine import refine
 from golden.scene.texture import Texture
 from golden.scene.textures import FaceTextures, Textures, face_mappings
 from tb.golden.scene.test_load import gltf, write
+from tb.lib.schedules import SETTINGS
 
 RANDOM = np.random.default_rng(11).integers(0, 256, (8, 16, 3)).astype(np.uint8)
 LINEAR = from_srgb(RANDOM / 255)
@@ -29,23 +32,27 @@ def centre(row, column):
     return (column + 0.5) / 16, 1 - (row + 0.5) / 8
 
 
-def test_the_colour_at_a_texel_is_its_own_and_bilinear_between():
-    rows, columns = (axis.ravel() for axis in np.mgrid[:8, :16])
-    assert picture().at(np.array(centre(rows, columns)).T) == pytest.approx(LINEAR.reshape(-1, 3))
-    uv = np.array(centre(2 + 0.25, 5 + 0.5))[None]
-    expected = 0.5 * (0.75 * LINEAR[2, 5:7] + 0.25 * LINEAR[3, 5:7]).sum(axis=0)
-    assert picture().at(uv)[0] == pytest.approx(expected)
+def texel(place, count, wrap):
+    """The texel of a picture's row that stands at a place of the endless row."""
+    if wrap == "clamp":
+        return min(max(place, 0), count - 1)
+    lap, within = divmod(place, count)
+    return count - 1 - within if wrap == "mirror" and lap % 2 else within
 
 
-@pytest.mark.parametrize(("wrap", "column", "expected"), [
-    ("repeat", 16, 0), ("repeat", -1, 15), ("clamp", 17, 15), ("clamp", -2, 0), ("mirror", 17, 14), ("mirror", -1, 0)])
-def test_outside_of_the_picture_its_wrap_holds(wrap, column, expected):
-    found = picture(wrap=(wrap, "clamp")).at(np.array([centre(3, column)]))
-    assert found[0] == pytest.approx(LINEAR[3, expected])
-    rows = picture(wrap=("clamp", wrap)).at(np.array([centre(column // 2 if column > 0 else column, 3)]))
-    assert rows[0] == pytest.approx({("repeat", 16): LINEAR[0, 3], ("repeat", -1): LINEAR[7, 3],
-                                     ("clamp", 17): LINEAR[7, 3], ("clamp", -2): LINEAR[0, 3],
-                                     ("mirror", 17): LINEAR[7, 3], ("mirror", -1): LINEAR[0, 3]}[wrap, column])
+@settings(SETTINGS, max_examples=100)
+@given(eighths=st.tuples(st.integers(-300, 300), st.integers(-150, 150)),
+       wrap=st.tuples(*[st.sampled_from(("repeat", "clamp", "mirror"))] * 2))
+def test_the_colour_is_bilinear_between_texels_within_the_picture_at_its_borders_and_beyond(eighths, wrap):
+    """At eighths of texels: on their centres, their edges and between, up to more than one picture away."""
+    across, down = (value / 8 for value in eighths)
+    expected = np.zeros(3)
+    for row in (np.floor(down - 0.5), np.floor(down - 0.5) + 1):
+        for column in (np.floor(across - 0.5), np.floor(across - 0.5) + 1):
+            share = (1 - abs(across - 0.5 - column)) * (1 - abs(down - 0.5 - row))
+            expected += share * LINEAR[texel(int(row), 8, wrap[1]), texel(int(column), 16, wrap[0])]
+    found = picture(wrap=wrap).at(np.array([(across / 16, 1 - down / 8)]))
+    assert found[0] == pytest.approx(expected, abs=1e-12)
 
 
 def test_mappings_reach_every_point_of_faces():

@@ -63,9 +63,12 @@ def test_a_sun_that_changes_nothing_is_named():
         assert len(Daylight(sun=(0, 30), sun_illuminance=1.0).scene(SCENE, 1.0).lights) == 1
 
 
-def test_a_sun_below_the_horizon_does_not_shine():
-    lit = Daylight(sky="uniform", sun=(0, -5), sun_illuminance=200.0).scene(SCENE, 1.0)
-    assert lit.lights == ()
+@pytest.mark.parametrize(("elevation", "shines"), [(-5, False), (-1e-9, False), (0, False), (1e-6, True), (90, True)])
+def test_a_sun_below_or_on_the_horizon_does_not_shine(elevation, shines):
+    lit = Daylight(sky="uniform", sun=(0, elevation), sun_illuminance=200.0).scene(SCENE, 1.0)
+    assert len(lit.lights) == shines
+    level = 10_000 + 200 * max(0, np.sin(np.radians(elevation)))
+    np.testing.assert_allclose(lit.background.radiance(-np.eye(3)[2:]), 0.2 * level / np.pi)
 
 
 @pytest.mark.parametrize(("given", "message"), [

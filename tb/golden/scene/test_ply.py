@@ -1,0 +1,50 @@
+"""PLY files in every dialect that their definition allows."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from golden.errors import InputError
+from golden.scene.appearance import from_srgb
+from golden.scene.ply import read_ply
+from tb.golden.scene.ply_files import ply_files
+from tb.lib.schedules import SETTINGS
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    return tmp_path_factory.mktemp("ply") / "a.ply"
+
+
+@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@settings(SETTINGS, max_examples=60)
+@given(file=ply_files())
+def test_vertices_corners_and_colours_are_read_whatever_their_types_and_order(place, file):
+    place.write_bytes(file.data)
+    mesh = read_ply(place)
+    assert mesh.points.tolist() == [list(point) for point in file.points]
+    assert [part.tolist() for part in np.split(mesh.corners, np.cumsum(mesh.counts)[:-1])] == file.faces
+    found = np.array([mesh.materials[number].diffuse for number in mesh.material])
+    if file.colour_kind is None:
+        assert (found == 0.5).all()
+    else:
+        given = np.array(file.colours, dtype=np.float64)
+        floats = file.colour_kind[0] in "fd"
+        most = 1 if floats else np.iinfo({"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4",
+                                          "uint": "u4"}.get(file.colour_kind, file.colour_kind)).max
+        linear = np.clip(given / most, 0, 1)
+        linear = linear if floats else from_srgb(linear)
+        # Rounded to 8 bits of sRGB, of which a step is at most 0.009 in linear units.
+        np.testing.assert_allclose(found, linear, atol=0.005)
+
+
+@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@settings(SETTINGS, max_examples=12)
+@given(file=ply_files())
+def test_a_file_without_its_last_byte_is_refused_or_ends_in_a_word(place, file):
+    place.write_bytes(file.data[:-1])
+    if b"format ascii" in file.data:
+        assert len(read_ply(place).counts) == len(file.faces)
+    else:
+        with pytest.raises(InputError, match="it ends within its"):
+            read_ply(place)
