@@ -1,7 +1,13 @@
+from fractions import Fraction
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from golden.fixed import SignalOverflowError, bit_length, ceil_sqrt, limbs, round_shift, shift, signed, unsigned
+from tb.golden.at_ends import at_ends
+from tb.lib.schedules import SETTINGS
 
 
 def test_formats_have_the_widths_and_limits_of_their_names():
@@ -24,18 +30,38 @@ def test_encode_rounds_half_away_from_zero():
     assert signed(3, 1).decode(np.array([3, -1])).tolist() == [1.5, -0.5]
 
 
-def test_round_shift_is_symmetric_and_to_nearest():
-    values = np.arange(-40, 41)
-    for by in range(4):
-        exact = np.abs(values) / 2**by
-        expected = np.where(values < 0, -1, 1) * np.floor(exact + 0.5)
-        assert (round_shift(values, by) == expected).all()
-    assert (round_shift(-values, np.full(81, 3)) == -round_shift(values, 3)).all()
-    assert round_shift(np.array([2**61]), 61).tolist() == [1]
+def rounded(value):
+    """The nearest integer to a fraction, half away from zero."""
+    return int(abs(value) + Fraction(1, 2)) * (1 if value >= 0 else -1)
 
 
-def test_shift_goes_both_ways_per_element():
-    assert shift(np.array([3, -3, 7]), np.array([2, -1, 0])).tolist() == [12, -2, 7]
+@settings(SETTINGS, max_examples=100)
+@given(st.lists(st.tuples(at_ends(-(2**61), 2**61), st.integers(0, 61)), min_size=1, max_size=9))
+def test_round_shift_is_to_nearest_and_half_away_from_zero(pairs):
+    values, by = np.array(pairs).T
+    assert round_shift(values, by).tolist() == [rounded(Fraction(value, 1 << step)) for value, step in pairs]
+
+
+@settings(SETTINGS, max_examples=100)
+@given(st.lists(st.tuples(at_ends(-(2**31), 2**31), st.integers(-40, 30)), min_size=1, max_size=9))
+def test_shift_goes_both_ways_per_element(pairs):
+    values, by = np.array(pairs).T
+    assert shift(values, by).tolist() == [rounded(value * Fraction(2) ** step) for value, step in pairs]
+
+
+@settings(SETTINGS, max_examples=60)
+@given(is_signed=st.booleans(), integer=st.integers(0, 8), fraction=st.integers(1, 20), step=st.integers(-9, 9))
+def test_encode_takes_what_rounds_to_an_end_of_its_format_and_no_more(is_signed, integer, fraction, step):
+    number = (signed if is_signed else unsigned)(integer, fraction)
+    for end, outwards in ((number.low, -1), (number.high, 1)):
+        # In eighths of a unit: half a unit outwards rounds away from zero.
+        units = end + outwards * Fraction(step, 8)
+        nearest = rounded(units)
+        if number.low <= nearest <= number.high:
+            assert number.encode(float(units) / 2**fraction, "x") == nearest
+        else:
+            with pytest.raises(SignalOverflowError):
+                number.encode(float(units) / 2**fraction, "x")
 
 
 def test_bit_length_is_pythons():

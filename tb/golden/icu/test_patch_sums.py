@@ -6,10 +6,12 @@ from hypothesis import strategies as st
 
 from golden.frustum import Hemisphere
 from golden.icu.patch_sums import section_sums
+from tb.lib.schedules import SETTINGS
 
 RAYS = st.lists(st.tuples(st.integers(-1, 12), st.sampled_from([0, 1, 5, 1 << 40])), max_size=60)
 
 
+@SETTINGS
 @given(RAYS)
 def test_sums_are_in_the_order_of_a_dictionary(rays):
     slow = {}

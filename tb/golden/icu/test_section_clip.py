@@ -1,28 +1,42 @@
+from types import SimpleNamespace
+
 import numpy as np
-import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.icu.section_clip import section_clip
 from golden.icu.window import Window
-from golden.stimulus.frusta import random_hemisphere, random_screen
-from golden.stimulus.icu.section_clip import draw_windows
-
-SECTIONS = [(0, None, 0, None), (0, 20, 3, 9), (7, None, 0, 5), (13, 14, 4, 5), (11, 43, 2, None)]
+from golden.stimulus.frusta import random_screen
+from tb.lib.schedules import SETTINGS
 
 
-@pytest.mark.parametrize("frustum", [random_hemisphere, random_screen])
-@pytest.mark.parametrize("bounds", SECTIONS)
-def test_the_two_pieces_are_the_windows_rays_of_the_section(frustum, bounds):
-    random = np.random.default_rng(5)
-    record = frustum(random, Config())
-    a, b, c, d = bounds
-    section = Sector(a, b or record.columns, c, d or record.rows)
-    given = draw_windows(random, record, 200)
-    clipped = section_clip(given, section, record)
+@st.composite
+def windows_and_sections(draw):
+    """A frustum of 8 x 4 rays, a section of it, and windows: empty, of one ray, whole, wrapped, and between."""
+    is_screen = draw(st.booleans())
+    record = SimpleNamespace(is_screen=is_screen, columns=8, rows=4)
+
+    def extent(count, wraps=False):
+        first = draw(st.integers(0, count - 1))
+        return first, draw(st.integers(0, count if wraps else count - first))
+
+    windows = [(*extent(8, not is_screen), *extent(4)) for _ in range(draw(st.integers(1, 4)))]
+    first, across = extent(8)
+    top, down = extent(4)
+    section = Sector(first, first + max(across, 1), top, top + max(down, 1))
+    return record, section, Window(*np.array(windows).T)
+
+
+@settings(SETTINGS, max_examples=300)
+@given(windows_and_sections())
+def test_the_two_pieces_are_the_windows_rays_of_the_section(drawn):
+    record, section, windows = drawn
+    clipped = section_clip(windows, section, record)
     column, row = np.arange(record.columns), np.arange(record.rows)[:, None]
-    for k in range(200):
-        expected = given[[k]].holds(column, row, record.columns) & section.mask(record)
+    for k in range(len(windows.rays)):
+        expected = windows[[k]].holds(column, row, record.columns) & section.mask(record)
         pieces = np.zeros((record.rows, record.columns), dtype=int)
         rows = slice(section.first_row + clipped.row_first[k],
                      section.first_row + clipped.row_first[k] + clipped.row_count[k])

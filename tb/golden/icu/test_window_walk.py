@@ -14,7 +14,7 @@ CASES = [(0, 1, 0, 0, 1), (SIDE - 1, 2, 0, SIDE - 1, 2), (SIDE + 1, SIDE, 3, 2, 
          (3, 0, 0, 4, 0), (2 * SIDE, SIDE, 2 * SIDE, 0, SIDE), (1, 2, 1, 7, 1)]
 GENERATOR = np.random.default_rng(1)
 CASES += [(int(first), int(GENERATOR.integers(1, 40)), int(GENERATOR.integers(0, first + 1)),
-           *map(int, GENERATOR.integers(1, 40, 2))) for first in GENERATOR.integers(0, 60, 40)]
+           *map(int, GENERATOR.integers(1, 40, 2))) for first in GENERATOR.integers(0, 60, 12)]
 
 
 def window(*numbers):

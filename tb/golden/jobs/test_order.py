@@ -8,10 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from golden.jobs.order import TAIL, long_and_short, longest_first_at_the_end, proximity_order
+from tb.lib.schedules import SETTINGS
 
 POINTS = st.lists(st.tuples(*[st.integers(0, 1 << 24)] * 3), max_size=30)
 
 
+@SETTINGS
 @given(POINTS)
 def test_each_frustum_follows_once_and_none_left_is_nearer(points):
     points = np.array(points, dtype=np.int64).reshape(-1, 3)
@@ -31,6 +33,7 @@ def test_a_line_is_followed_from_an_end_and_equals_by_their_numbers():
 
 
 @pytest.mark.parametrize("clusters", [1, 3])
+@SETTINGS
 @given(st.lists(st.integers(1, 9), max_size=20))
 def test_the_end_falls_and_the_rest_stays(clusters, cycles):
     order = longest_first_at_the_end(cycles, clusters=clusters)
@@ -60,6 +63,7 @@ def test_a_job_of_247_frusta_ends_evenly_on_16_clusters():
     assert min(after) > 15
 
 
+@SETTINGS
 @given(st.lists(st.integers(1, 9), max_size=20))
 def test_long_and_short_sections_alternate_and_both_fall(cycles):
     order = long_and_short(cycles)

@@ -26,6 +26,8 @@ from golden.jobs.result_formats import (
     unpack_ids,
     unpack_sums,
 )
+from tb.golden.at_ends import at_ends
+from tb.lib.schedules import SETTINGS
 
 BOTH = (HitFormat.FULL, HitFormat.COMPACT)
 MISS = (0, -1, 0, 0)
@@ -39,10 +41,11 @@ def hits_of(rows):
 def drawn(inverse_bits, patch_bits, uv_bits):
     """Lists of hits and misses, with the extremes of every field."""
     return st.lists(st.just(MISS) | st.tuples(
-        st.integers(1, (1 << inverse_bits) - 1), st.integers(0, (1 << patch_bits) - 2),
-        st.integers(0, (1 << uv_bits) - 1), st.integers(0, (1 << uv_bits) - 1)), max_size=20).map(hits_of)
+        at_ends(1, (1 << inverse_bits) - 1), at_ends(0, (1 << patch_bits) - 2),
+        at_ends(0, (1 << uv_bits) - 1), at_ends(0, (1 << uv_bits) - 1)), max_size=9).map(hits_of)
 
 
+@SETTINGS
 @given(drawn(24, 24, 8), st.sampled_from(BOTH))
 def test_hits_return_bit_exact_from_both_formats(hits, hit_format):
     data = pack_hits(hits, hit_format).tobytes()
@@ -52,11 +55,13 @@ def test_hits_return_bit_exact_from_both_formats(hits, hit_format):
     assert all(getattr(back, name).dtype == np.int64 for name in ("inverse", "patch", "u", "v"))
 
 
+@SETTINGS
 @given(drawn(31, 31, 12))
 def test_hits_of_all_configurations_return_from_16_bytes(hits):
     assert not len(unpack_hits(pack_hits(hits, HitFormat.FULL).tobytes(), HitFormat.FULL).differences(hits))
 
 
+@SETTINGS
 @given(drawn(24, 31, 8))
 def test_patches_return_from_ids(hits):
     assert np.array_equal(unpack_ids(pack_hits(hits, HitFormat.IDS).tobytes()), hits.patch)
@@ -125,9 +130,10 @@ def test_a_sum_overflows_at_its_word(last, overflow):
             pack_sums(sums.patch, sums.sum)
 
 
-WORDS = st.lists(st.tuples(st.integers(0, (1 << 22) - 1), st.integers(0, (1 << 42) - 1)), max_size=20)
+WORDS = st.lists(st.tuples(at_ends(0, (1 << 22) - 1), at_ends(0, (1 << 42) - 1)), max_size=9)
 
 
+@SETTINGS
 @given(WORDS)
 def test_words_of_sums_lose_nothing(pairs):
     patch, sums = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
@@ -141,6 +147,7 @@ def test_a_patch_beyond_the_word_is_refused():
         pack_sums(np.array([1 << 22]), np.array([1]))
 
 
+@SETTINGS
 @given(RAYS, st.integers(0, 60))
 def test_sums_of_sections_add_up_to_those_of_the_frustum(rays, cut):
     patch, weight = np.array(rays, dtype=np.int64).reshape(-1, 2).T
@@ -176,6 +183,7 @@ def results_of(command, seed):
     return hits, pack_sums(random.integers(0, 1 << 20, 5), random.integers(1, 1 << 42, 5))
 
 
+@SETTINGS
 @given(COMMANDS, st.integers(0, 99))
 def test_every_ray_of_the_section_is_written_at_its_number_and_nothing_else(command, seed):
     hits, words = results_of(command, seed)
@@ -194,6 +202,7 @@ def test_every_ray_of_the_section_is_written_at_its_number_and_nothing_else(comm
     assert memory == expected
 
 
+@SETTINGS
 @given(COMMANDS, st.integers(0, 99), st.sampled_from([64, 128, 256, 512]))
 def test_beats_of_every_width_have_the_same_bytes(command, seed, data_bits):
     hits, words = results_of(command, seed)

@@ -31,8 +31,9 @@ LIGHTS = {
 
 
 def points_at(position, normal=(0, 0, 1), count=1):
-    position = np.broadcast_to(np.array(position, dtype=float), (count, 3))
-    return SurfacePoints(position, np.broadcast_to(np.array(normal, dtype=float), (count, 3)), np.zeros(count, int))
+    position, normal = (np.array(np.broadcast_to(np.array(vector, dtype=float), (count, 3))) for vector in (
+        position, normal))
+    return SurfacePoints(position, normal, np.zeros(count, int))
 
 
 def irradiance(scene, points, samples=1, seed=1, caster=Naive):
@@ -296,7 +297,7 @@ def test_a_light_does_not_light_itself():
     lamp = rectangle((0.3, 0.2, 1.7), *axes[:2])
     scene = scene_of((lamp, LAMP))
     position = rng.random((500, 2)) @ axes[:2] + (0.3, 0.2, 1.7)
-    points = SurfacePoints(position, np.broadcast_to(scene.normals[0], position.shape), np.zeros(500, int))
+    points = SurfacePoints(position, np.tile(scene.normals[0], (500, 1)), np.zeros(500, int))
     assert not irradiance(scene, points, samples=4).any()
 
 

@@ -54,7 +54,7 @@ def disc(sides):
     (build(PLATE, PLATE[:, [2, 0, 1]]), c_14(1, 1)),
 ], ids=["C-11", "C-14"])
 def test_casting_meets_the_catalogue_at_nine_gauss_points(scene, truth):
-    factors, _ = PatchRows(scene, Naive(scene), rays=RAYS, samples=3).cast([0])
+    factors, _ = PatchRows(scene, Grid(scene), rays=RAYS, samples=3).cast([0])
     assert factors[0, 1] == pytest.approx(truth, rel=0, abs=5e-4)
 
 
@@ -185,7 +185,7 @@ def test_results_do_not_depend_on_the_order_in_which_blocks_end(glass, monkeypat
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 2), st.integers(-1, 4)), max_size=12))
 def test_arrays_sum_the_entries_that_compiled_loops_sum(entries):
     """Entries of owner, weight and column; owners may have none, and weights may be zero."""
-    owner, weight, column = np.array(sorted(entries), dtype=np.int64).reshape(-1, 3).T
+    owner, weight, column = np.array(np.array(sorted(entries), dtype=np.int64).reshape(-1, 3).T)
     sums = Counter()
     for row, value, met in zip(owner.tolist(), weight.tolist(), column.tolist(), strict=True):
         sums[row, met] += value if met >= 0 else 0

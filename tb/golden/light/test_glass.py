@@ -192,7 +192,7 @@ def measured(scene, normal, **settings):
     camera = Camera(eye=(0.5, 0, 0), target=(1, 0, 0), up=(0, 0, 1))
     sensors = Sensors(position=np.zeros((1, 3)), normal=np.array([normal], dtype=np.float64))
     return render(scene, camera=camera, sensors=sensors, settings=RenderSettings(
-        **{"width": 1, "height": 1, "samples": 1, "max_edge": 2.0, "rays": (32, 8)} | settings)).sensors[0]
+        **{"width": 2, "height": 1, "samples": 1, "max_edge": 2.0, "rays": (32, 8)} | settings)).sensors[0]
 
 
 @pytest.mark.parametrize("two_sided", [False, True])

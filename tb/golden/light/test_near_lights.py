@@ -59,7 +59,7 @@ def test_what_a_panel_throws_onto_a_ceiling_stays_above_it():
     for two_sided in (True, False):
         scene = scene_of((room, WALL), (panel, LAMP, {"two_sided": two_sided}))
         result = render(scene, camera=camera, settings=RenderSettings(
-            width=1, height=1, samples=1, rays=(64, 16), max_edge=0.25))
+            width=2, height=1, samples=1, rays=(64, 16), max_edge=0.5))
         floor = result.indirect.elements.patch == 4
         area = result.indirect.elements.area[floor]
         means.append(area @ result.indirect.received[floor, 0] / area.sum())

@@ -14,13 +14,17 @@ from golden.scene.builtin import builtin_scene
 SIZE, BLOCK = 128, 8
 
 
-@pytest.fixture(scope="module")
-def images():
+def rendered(**elements):
     """Ours and the reference."""
     scene = builtin_scene("cornell")
-    settings = RenderSettings(width=SIZE, height=SIZE, samples=16)
+    settings = RenderSettings(width=SIZE, height=SIZE, samples=16, **elements)
     with np.load(Path(__file__).parent / "reference" / "cornell.npz") as stored:
         return render(scene, camera=scene.camera, settings=settings).image, stored["image"].astype(np.float64)
+
+
+@pytest.fixture(scope="module")
+def images():
+    return rendered()
 
 
 @pytest.fixture(scope="module")
@@ -54,12 +58,14 @@ def assert_small(error, limit, images, tmp_path):
         pytest.fail(f"{np.abs(error).max():.4f} is above {limit}; pictures in {tmp_path}")
 
 
-def test_the_mean_of_each_channel_is_that_of_the_reference(images, tmp_path):
-    """Measured: within 0.3 %. The border of the lamp alone gives a noise of 0.3 %."""
-    ours, reference = images
-    assert_small(ours.mean(axis=(0, 1)) / reference.mean(axis=(0, 1)) - 1, 0.01, images, tmp_path)
+def test_the_mean_of_each_channel_is_that_of_the_reference(tmp_path):
+    """Larger elements than by default change it by 0.1 %. The border of the lamp alone gives a noise of 0.3 %."""
+    images = rendered(max_edge=40.0)
+    ours, reference = (image.mean(axis=(0, 1)) for image in images)
+    assert_small(ours / reference - 1, 0.01, images, tmp_path)
 
 
+@pytest.mark.nightly
 def test_blocks_of_the_picture_are_those_of_the_reference(images, lamp, tmp_path):
     """The noise of a block is 0.4 %, 3 % at most in a shadow's border. What goes beyond it comes from the elements: the
     light close to the feet of the blocks, in their shadow, is interpolated, 8 % off in the worst block.
@@ -72,6 +78,7 @@ def test_blocks_of_the_picture_are_those_of_the_reference(images, lamp, tmp_path
     assert_small(np.median(error, axis=(0, 1)), 0.005, images, tmp_path)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("axis", [0, 1], ids=["columns", "rows"])
 def test_no_error_runs_along_rows_or_columns(images, lamp, axis, tmp_path):
     """Measured: 0.8 % at most."""
@@ -79,6 +86,7 @@ def test_no_error_runs_along_rows_or_columns(images, lamp, axis, tmp_path):
     assert_small(ours / reference - 1, 0.015, images, tmp_path)
 
 
+@pytest.mark.nightly
 def test_the_lamp_is_as_bright_as_in_the_reference(images, lamp, tmp_path):
     """Some 90 pixels, of which the border is sampled."""
     ours, reference = (image[lamp].sum(axis=0) for image in images)

@@ -70,7 +70,7 @@ def test_pixels_show_the_patch_that_grid_shows_or_one_that_rounding_reaches(name
 
 def test_the_image_is_that_of_grid_through_the_same_points(cornell, monkeypatch):
     monkeypatch.setattr(RayFrusta, "regular", True)
-    grid, shelling = (picture(cornell, method).image for method in ("grid", "shelling"))
+    grid, shelling = (picture(cornell, method, max_edge=600.0).image for method in ("grid", "shelling"))
     hits = [primary(caster, cornell.camera).patch for caster in (Grid(cornell, 0.125), ShellingFrusta(cornell))]
     same = (hits[0] == hits[1]).reshape(SIZE, SIZE)
     assert same.mean() > 0.998
@@ -118,10 +118,10 @@ def test_form_factors_are_those_of_grid_but_for_rays_on_edges(cornell):
     assert np.abs(shelling - grid).sum(axis=1).mean() < 1e-3
 
 
-@pytest.mark.parametrize("scene", [cube(2), builtin_scene("furnace:3")], ids=["cube", "furnace"])
-@pytest.mark.parametrize("rays", [(64, 16), (2048, 4)])
+@pytest.mark.parametrize(("scene", "rays"), [(builtin_scene("furnace:2"), (64, 16)), (cube(2), (2048, 4))],
+                         ids=["furnace", "cube"])
 def test_a_hemisphere_in_a_closed_scene_sums_to_one_exactly(scene, rays):
-    some = np.arange(0, len(scene), 5)
+    some = np.arange(0, len(scene), 9)
     factors, row_sums = PatchRows(scene, ShellingFrusta(scene), rays=rays, samples=2).cast(some)
     assert (row_sums == 2**(40 if rays[0] >= 2048 else 32)).all()
     np.testing.assert_allclose(factors.sum(axis=1), 1, rtol=1e-12)
@@ -155,7 +155,7 @@ def test_tests_and_steps_are_those_that_shelling_counts(cornell):
 
 
 def test_stats_and_heat_maps_hold_all_of_the_work(cornell):
-    result, naive = (picture(cornell, method, width=16, height=16, rays=(16, 4), max_edge=300.0)
+    result, naive = (picture(cornell, method, width=16, height=16, rays=(16, 4), max_edge=600.0)
                      for method in ("shelling", "naive-fixed"))
     rays = result.stats["rays"]
     assert result.stats["settings"]["method"] == "shelling"

@@ -41,9 +41,13 @@ def test_illiac_of_eight_is_no_longer_than_a_ring():
     assert ((Topology.of("illiac", 8).neighbour != NOWHERE).sum(axis=1) == 3).all()
 
 
-@pytest.mark.parametrize(("topology", "nodes"), NETWORKS)
-def test_every_link_returns_through_the_same_ports(topology, nodes):
-    network = Topology.of(topology, nodes)
+@pytest.mark.parametrize("topology", TOPOLOGIES)
+def test_every_link_returns_through_the_same_ports(topology):
+    for nodes in (nodes for name, nodes in NETWORKS if name == topology):
+        assert_links_return(Topology.of(topology, nodes))
+
+
+def assert_links_return(network):
     links = {(link.source, link.output, link.target, link.input) for link in network.links}
     assert len(links) == len(network.links) == (network.neighbour != NOWHERE).sum()
     assert {(target, inward, source, outward) for source, outward, target, inward in links} == links

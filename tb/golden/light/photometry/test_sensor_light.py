@@ -61,15 +61,15 @@ def test_a_sensor_in_a_furnace_receives_what_its_walls_send(place):
 
 def test_a_lamp_of_many_facets_that_hide_each_other_has_its_form_factor():
     """A sensor is lit by the facets of a convex body that face it: each adds its own factor."""
-    around, down = np.arange(48) / 48 * 2 * np.pi, np.arange(25) / 24 * np.pi
+    around, down = np.arange(32) / 32 * 2 * np.pi, np.arange(17) / 16 * np.pi
     ring = np.stack([np.cos(around), np.sin(around)], axis=1)
-    points = np.concatenate([np.sin(down)[:, None, None] * ring, np.tile(np.cos(down)[:, None, None], (1, 48, 1))], 2)
+    points = np.concatenate([np.sin(down)[:, None, None] * ring, np.tile(np.cos(down)[:, None, None], (1, 32, 1))], 2)
     points = 0.5 * points + (0, 0, 2)
     points[0], points[-1] = points[0, 0], points[-1, 0]
     facets = np.stack([points[:-1], points[1:], np.roll(points, -1, axis=1)[1:], np.roll(points, -1, axis=1)[:-1]],
                       axis=2).reshape(-1, 4, 3)
-    facets[-48:] = facets[-48:][:, [0, 1, 3, 3]]
-    facets[:48] = facets[:48][:, [0, 1, 2, 2]]
+    facets[-32:] = facets[-32:][:, [0, 1, 3, 3]]
+    facets[:32] = facets[:32][:, [0, 1, 2, 2]]
     lamp = Material(name="lamp", emission=tuple(COLOUR))
     scene = scene_of((FLOOR, BLACK), (facets, lamp, {"two_sided": True}))
     places, up = np.array([(0, 0, 0), (1, 0, 0), (2, 2, 0)]), np.tile((0, 0, 1), (3, 1))

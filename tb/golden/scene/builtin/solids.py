@@ -48,22 +48,25 @@ def overlaps(patches: np.ndarray, size: float) -> list[tuple[int, int]]:
     normals = vectors / np.linalg.norm(vectors, axis=1)[:, None]
     slack = 1e-6 * size
     lower, upper = patches.min(axis=1), patches.max(axis=1)
-    found = []
-    for i in range(len(patches) - 1):
-        rest = np.arange(i + 1, len(patches))
-        near = (lower[rest] <= upper[i] + slack).all(axis=1) & (upper[rest] >= lower[i] - slack).all(axis=1)
-        rest = rest[near]
-        aligned = np.linalg.norm(np.cross(normals[rest], normals[i]), axis=1) < 1e-6
-        rest = rest[aligned & (np.abs((patches[rest, 0] - patches[i, 0]) @ normals[i]) < slack)]
-        for j in rest:
-            # Two convex polygons overlap if no side of either has the other one outside.
-            separated = False
-            for one, other in ((i, j), (j, i)):
-                sides = np.roll(patches[one], -1, axis=0) - patches[one]
-                inward = np.cross(vectors[one] / np.linalg.norm(vectors[one]), sides)
-                inward /= np.maximum(np.linalg.norm(sides, axis=1), 1e-300)[:, None]
-                reach = np.einsum("ki,kvi->kv", inward, patches[other] - patches[one][:, None]).max(axis=1)
-                separated |= bool((reach[np.linalg.norm(sides, axis=1) > 0] < slack).any())
-            if not separated:
-                found.append((i, int(j)))
-    return found
+    pairs = []
+    for first in range(0, len(patches), 64):
+        i = np.arange(first, min(first + 64, len(patches)))
+        near = (i[:, None] < np.arange(len(patches)))
+        for axis in range(3):
+            near &= lower[:, axis] <= upper[i, None, axis] + slack
+            near &= upper[:, axis] >= lower[i, None, axis] - slack
+        i, j = np.nonzero(near)
+        pairs.append((i + first, j))
+    i, j = (np.concatenate(side) for side in zip(*pairs, strict=True))
+    coplanar = np.linalg.norm(np.cross(normals[j], normals[i]), axis=1) < 1e-6
+    coplanar &= np.abs(np.einsum("pi,pi->p", patches[j, 0] - patches[i, 0], normals[i])) < slack
+    i, j = i[coplanar], j[coplanar]
+    # Two convex polygons overlap if no side of either has the other one outside.
+    separated = np.zeros(len(i), dtype=bool)
+    for one, other in ((i, j), (j, i)):
+        sides = np.roll(patches[one], -1, axis=1) - patches[one]
+        length = np.linalg.norm(sides, axis=2)
+        inward = np.cross(normals[one][:, None], sides) / np.maximum(length, 1e-300)[..., None]
+        reach = np.einsum("pki,pkvi->pkv", inward, patches[other][:, None] - patches[one][:, :, None]).max(axis=2)
+        separated |= ((reach < slack) & (length > 0)).any(axis=1)
+    return list(zip(i[~separated].tolist(), j[~separated].tolist(), strict=True))
