@@ -19,7 +19,7 @@ BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
 PYTEST  := $(BIN)/pytest -n 2 --dist loadgroup
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock litex demo test sim formal bench report nightly release pictures docs lint clean
+.PHONY: help setup lock litex demo test sim formal bench report nightly bugs release pictures docs lint clean
 
 help: ## this list
 	@echo "Radiosity Engine: make TARGET"
@@ -101,6 +101,9 @@ report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables
 
 nightly: $(STAMP) $(LITEX)/installed ## all tests with new examples, in shards of at most 90 minutes; goes on where it ended; SEED=N replays
 	$(BIN)/python -m tb.runs nightly $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES)) $(SHARDS)
+
+bugs: $(STAMP) ## draw N=20 bugs and run the tests near each, then others, to see what notices them; SEED, SHARD=1/4, UPTO=folder
+	$(BIN)/python -m tb.bugs $(if $(N),--count $(N)) $(if $(SEED),--seed $(SEED)) $(if $(SHARD),--shard $(SHARD)) $(if $(UPTO),--upto $(UPTO))
 
 release: $(STAMP) ## tag this commit if a clean clone passes everything and the nightly is green for it
 	$(BIN)/python -m tb.runs release

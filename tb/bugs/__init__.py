@@ -1,1 +1,1 @@
-"""Bugs by hand, injected one at a time to measure the tests."""
+"""Bugs that are drawn in the sources, to measure what the tests notice."""

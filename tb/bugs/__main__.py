@@ -1,6 +1,6 @@
-"""``python -m tb.bugs LIST``: which tests notice the bugs of a list, see `tb.bugs.injection`."""
+"""``python -m tb.bugs``: which tests notice drawn bugs, see `tb.bugs.command`."""
 
-from tb.bugs.injection import main
+from tb.bugs.command import main
 
 if __name__ == "__main__":
     main()

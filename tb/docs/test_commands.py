@@ -19,7 +19,7 @@ from click.testing import CliRunner
 import golden.cli
 import hw.cli
 import radiosity.cli
-import tb.bugs.injection
+import tb.bugs.command
 from golden.config import PRESETS
 from hw.board.board_shell import BoardShell
 from hw.history import Commit, last_records, read_history
@@ -54,12 +54,11 @@ ELSEWHERE = {
         ("tb/board/test_ulx3s.py", "test_bitstream", "build(")],
     "radiosity exchange canyon": [("tb/docs/test_view_factors_page.py", "test_the_tutorial", "invoke(")],
     "-m hw figures": [("tb/synthesis/test_figures.py", "test_the_command_writes_what_has_changed", '["figures"]')],
-    "make (setup|litex|lint|test|sim|formal|nightly|release|report|bench)": [],
+    "make (bugs|setup|litex|lint|test|sim|formal|nightly|release|report|bench)": [],
     "make demo": [("tb/docs/test_commands.py", "test_the_demo", "demo")],
     "make pictures": [("tb/radiosity/test_reports.py", "test_pictures_report_their_files", 'run("pictures"')],
     "make docs": [("tb/docs/test_site.py", "test_the_site_is_built_and_all_its_links_lead_somewhere", "invoke(main")],
     "tb.board.picture": [("tb/board/test_decoder.py", "test_picture", "main")],
-    "tb.bugs": [("tb/bugs/test_injection.py", "test_a_bug_is_killed_and_one_that_changes_nothing_survives", "run(")],
     "tb.runs": [("tb/runs/test_nightly.py", "ran", "run_shards(")],
     "tb.mutation": [("tb/mutation/test_mutants.py", "test_mutants_survive_without_checks", "")],
     "tb.system.ray_campaign": [("tb/system/test_ray_campaign.py", "test_no_ray_differs", "cast_campaign(")],
@@ -155,7 +154,7 @@ def test_commands_are_accepted(command, tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def known_options():
-    return set().union(*map(options_of, (radiosity.cli.main, golden.cli.main, hw.cli.main, tb.bugs.injection.main)))
+    return set().union(*map(options_of, (radiosity.cli.main, golden.cli.main, hw.cli.main, tb.bugs.command.main)))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
