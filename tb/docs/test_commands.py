@@ -9,6 +9,7 @@ import shlex
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from itertools import pairwise
 
 import click
@@ -38,7 +39,7 @@ FOREIGN = ("source", "git", "apt-get", "openFPGALoader", "stty")
 
 # What takes longer than a commit's tests may: a simulator's build, place and route, images, simulated machines, of
 # which tb/radiosity has smaller ones; or reads what this writes.
-SLOW = re.compile(r"--method machine|--manifest|radiosity (render|formfactors|verilog|board|report|machine)"
+SLOW = re.compile(r"--method machine|--manifest|radiosity (render|formfactors (?!furnace)|verilog|board|report|machine)"
                   r"|-m hw (report|verilog|board)")
 # Benchmarks: the nightly runs each once and compares the tables of all pages.
 BENCHMARK = re.compile(r"radiosity bench \w")
@@ -203,25 +204,28 @@ def check(commands, folder):
             assert " ".join(text.split()) in printed, f"{command} prints\n{printed}"
 
 
-def selected(page, slow):
-    """The commands of a page that a run has: slow ones bring those along whose files they read."""
-    commands = [one for one in PAGES[page] if is_run(one) and not is_elsewhere(one)]
-    if slow:
-        return commands if any(SLOW.search(shlex.join(one.words)) for one in commands) else []
-    return [one for one in commands if not SLOW.search(shlex.join(one.words)) and one.words[1] != "-c"]
+def is_slow(command):
+    """Whether a command takes longer than a commit's tests may, or reads what such a one writes."""
+    return bool(SLOW.search(shlex.join(command.words))) or command.words[1] == "-c"
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if selected(page, slow=False)], ids=lambda page: page.name)
-def test_commands_do_what_their_page_says(page, tmp_path, monkeypatch):
+RUN = {page: [one for one in commands if is_run(one) and not is_elsewhere(one)] for page, commands in PAGES.items()}
+QUICK = sorted({one.words for commands in RUN.values() for one in commands if not is_slow(one)})
+
+
+@pytest.mark.parametrize("words", QUICK, ids=shlex.join)
+def test_quick_commands_do_what_all_pages_say(words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    check(selected(page, slow=False), tmp_path)
+    first, *others = (one for commands in RUN.values() for one in commands if one.words == words)
+    check([replace(first, prints=[*first.prints, *(text for one in others for text in one.prints)])], tmp_path)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("page", [page for page in PAGES if selected(page, slow=True)], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [page for page in PAGES if any(map(is_slow, RUN[page]))], ids=lambda page: page.name)
 def test_slow_commands_do_what_their_page_says(page, tmp_path, monkeypatch):
+    """With the others of the page, whose files they may read."""
     monkeypatch.chdir(tmp_path)
-    check(selected(page, slow=True), tmp_path)
+    check(RUN[page], tmp_path)
 
 
 @pytest.mark.parametrize("command", [one for one in COMMANDS if not one.not_run and one.is_complete], ids=str)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from golden.errors import InputError
-from golden.output import check_inputs_stay, check_outputs, whole_file
+from golden.output import check_inputs_stay, check_named_once, check_outputs, whole_file
 
 
 def test_check_outputs_leaves_no_trace(tmp_path):
@@ -33,6 +33,22 @@ def test_an_output_is_no_input(tmp_path, name):
     with pytest.raises(InputError, match=r"it is the input$"):
         check_inputs_stay("cornell", tmp_path / "a.obj", outputs=(None, tmp_path / name))
     check_inputs_stay(tmp_path / "a.obj", outputs=(tmp_path / "b.obj", tmp_path / "folder"))
+
+
+@pytest.mark.parametrize("exists", [False, True])
+@pytest.mark.parametrize("name", ["a.png", "./a.png", "folder/../a.png", "link.png", "linked/a.png", "/a.png"])
+def test_an_output_is_named_once_by_whatever_path(tmp_path, monkeypatch, name, exists):
+    """Also where it is to be made; an absolute path is below the folder here."""
+    monkeypatch.chdir(tmp_path)
+    Path("folder").mkdir()
+    Path("link.png").symlink_to("a.png")
+    Path("linked").symlink_to(tmp_path)
+    if exists:
+        Path("a.png").write_text("old")
+    same, others = Path(f"{tmp_path}{name}" if name.startswith("/") else name), (Path("b.png"), Path("folder/a.png"))
+    with pytest.raises(InputError, match=r"^output .*(a|link).png': it is named twice$"):
+        check_named_once(*others, None, same, Path("a.png"))
+    check_named_once(*others, None, same, None)
 
 
 def test_whole_file_replaces_only_when_the_block_ends_well(tmp_path):

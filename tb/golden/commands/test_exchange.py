@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 from golden.light.factors.exchange import net_exchange
-from golden.light.factors.files import write_view_factors
+from golden.light.factors.files import read_view_factors, write_view_factors
 from tb.golden.commands.runner import report, run
 from tb.golden.light.factors.samples import three_sides
+
+# W/(m2 K4).
+STEFAN_BOLTZMANN = 5.670374419e-8
 
 
 def rows(path):
@@ -84,3 +87,38 @@ def test_a_header_must_have_every_name_once(factors, tmp_path, header):
     result = run("exchange", "F.nc", "t.csv", "-o", "q.csv")
     assert result.exit_code == 2
     assert f"each once, not {header.replace(',', ', ')}\n" in result.stderr
+
+
+def test_a_facet_alone_loses_what_it_emits(tmp_path, monkeypatch):
+    """Its row of view factors is empty, and a square foot is 0.3048^2 m2."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 2 0 0\nv 0 2 0\nf 1 2 3\n")
+    (tmp_path / "t.csv").write_text("patch,temperature,emissivity\n0,400,0.5\n")
+    made = report("formfactors", "a.obj", "--facets", "--unit", "ft", "--rays", "16x4", "-o", "F.npz")
+    assert (made["patches"], made["entries"]) == (1, 0)
+    printed = report("exchange", "F.npz", "t.csv", "-o", "q.csv", "--sky-temperature", "300", "--script-f", "s.csv")
+    flux = 0.5 * STEFAN_BOLTZMANN * (400**4 - 300**4)
+    (row,) = rows(tmp_path / "q.csv")
+    assert float(row["flux"]) == pytest.approx(flux, rel=1e-12)
+    assert printed["heat_to_sky"] == pytest.approx(2 * 0.3048**2 * flux, rel=1e-12)
+    assert [[*row.values()] for row in rows(tmp_path / "s.csv")] == [["unspecified", "0.0"]]
+
+
+@pytest.mark.parametrize("ending", ["npz", "nc"])
+def test_a_hot_wall_of_a_black_box_heats_the_others(tmp_path, monkeypatch, ending):
+    """All that it emits arrives there, whatever the single view factors are; a square millimetre is 1e-6 m2."""
+    monkeypatch.chdir(tmp_path)
+    factors = f"F.{ending}"
+    report("formfactors", "furnace:2", "--rays", "32x8", "--samples", "2", "--project", "--unit", "mm", "-o", factors)
+    hot = read_view_factors(tmp_path / factors).normal[:, 2] > 0.5
+    assert hot.sum() == 4
+    (tmp_path / "t.csv").write_text("patch,emissivity,temperature\n" + "".join(
+        f"{patch},1,{500 if is_hot else 300}\n" for patch, is_hot in enumerate(hot)))
+    printed = report("exchange", factors, "t.csv", "-o", "q.csv")
+    heat = np.array([float(row["flux"]) for row in rows(tmp_path / "q.csv")]) * 0.25e-6
+    expected = 1e-6 * STEFAN_BOLTZMANN * (500**4 - 300**4)
+    assert heat[hot].sum() == pytest.approx(expected, rel=1e-9)
+    assert heat[~hot].sum() == pytest.approx(-expected, rel=1e-9)
+    # The four patches of the wall are alike, and so are the opposite ones.
+    assert np.ptp(heat[hot]) < 0.1 * heat[hot].mean()
+    assert printed["heat_to_sky"] == pytest.approx(0, abs=1e-12 * expected)

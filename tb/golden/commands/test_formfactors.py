@@ -71,6 +71,26 @@ def test_a_run_that_met_a_full_disk_is_continued(folder):
     assert [path.name for path in sorted(folder.iterdir())] == ["F.npz", "whole.npz"]
 
 
+def test_a_run_whose_output_fails_at_the_end_keeps_all_its_blocks(folder, monkeypatch):
+    """The one that continues it casts nothing."""
+    assert run("formfactors", *SCENE, "-o", "whole.npz").exit_code == 0
+
+    def fails(*_):
+        raise OSError(28, "No space left on device", "F.npz")
+
+    with monkeypatch.context() as full:
+        full.setattr("golden.tasks.view_factors.write_view_factors", fails)
+        failed = run("formfactors", *SCENE, "-o", "F.npz")
+    assert (failed.exit_code, failed.stderr.count("\n")) == (2, 1)
+    # 216 rows in blocks of 64.
+    assert len([*(folder / "F.npz.blocks").glob("rows-*.npz")]) == 4
+    with monkeypatch.context() as idle:
+        idle.setattr("golden.light.factors.hemisphere_rows.HemisphereRows.rows", fails)
+        assert run("formfactors", *SCENE, "-o", "F.npz", "--resume").exit_code == 0
+    assert (folder / "F.npz").read_bytes() == (folder / "whole.npz").read_bytes()
+    assert [path.name for path in sorted(folder.iterdir())] == ["F.npz", "whole.npz"]
+
+
 def test_units_are_those_of_the_option_and_reach_the_file(folder):
     assert tuple(METRES) == choices.LENGTH_UNITS
     given = "formfactors", "furnace:1", "--rays", "16x4"
