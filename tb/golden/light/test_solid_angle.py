@@ -31,6 +31,19 @@ def test_known_solid_angles():
     np.testing.assert_allclose(solid_angle(small[None]), 0.5e-12, rtol=1e-6)
 
 
+@pytest.mark.parametrize("height", [2.0, 0.5, 1e-3, 1e-9, 0.0])
+@pytest.mark.parametrize("turns", [(0, 120, 240), (0, 90, 180), (0, 179, 181), (10, 100, 350)])
+def test_up_to_a_hemisphere_a_solid_angle_is_the_excess_of_the_angles(height, turns):
+    """Girard's theorem; in the plane of the origin the triangle covers a half space, or nothing if it is beside it."""
+    turns = np.radians(turns)
+    corners = np.stack([np.cos(turns), np.sin(turns), np.full(3, height)], axis=1)
+    excess = -np.pi
+    for a, b, c in (corners, corners[[1, 2, 0]], corners[[2, 0, 1]]):
+        one, other = np.cross(a, b), np.cross(a, c)
+        excess += np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other)
+    np.testing.assert_allclose(solid_angle(corners[None])[0], excess, rtol=1e-6, atol=1e-7)
+
+
 def test_solid_angles_add_up_and_do_not_depend_on_length_or_turn(triangle):
     whole = solid_angle(triangle[None])[0]
     assert solid_angle(split(triangle)).sum() == pytest.approx(whole, rel=1e-9)

@@ -1,10 +1,15 @@
 """The resident set of each cluster, and local addresses."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from golden.errors import InputError
-from golden.schedule.resident_sets import fill_up, resident_sets
+from golden.schedule.resident_sets import ResidentSets, fill_up, resident_sets
+from tb.lib.schedules import SETTINGS
 
 PATCHES = np.array([9, 4, 7, 1, 3])
 CLUSTER = np.array([1, 0, 1, 1, 0])
@@ -42,6 +47,27 @@ def test_free_entries_are_filled_after_the_patches_found():
     # Who holds more than that keeps it.
     assert [held.tolist() for held in fill_up(sets, np.array([2]), np.array([1]), capacity=1).patches] == [
         [4, 3], [9, 7, 1]]
+
+
+@settings(SETTINGS, max_examples=60)
+@given(held=st.lists(st.integers(0, 3), min_size=1, max_size=4), capacity=st.integers(0, 4), data=st.data())
+def test_patches_are_added_at_home_and_then_where_most_entries_are_free(held, capacity, data):
+    """Clusters that are full, empty or beyond the capacity, one patch after the other."""
+    starts = np.cumsum([0, *held])
+    sets = ResidentSets(tuple(np.arange(*ends) for ends in pairwise(starts)))
+    homes = data.draw(st.lists(st.integers(-1, len(held) - 1), max_size=9))
+    patches = 100 + np.arange(len(homes))
+    chosen, free = {}, [max(0, capacity - count) for count in held]
+    for is_home in (True, False):
+        for patch, home in zip(patches.tolist(), homes, strict=True):
+            where = home if is_home else int(np.argmax(free))
+            if patch not in chosen and where >= 0 and free[where] > 0:
+                chosen[patch] = where
+                free[where] -= 1
+    found = fill_up(sets, patches, np.array(homes, dtype=int), capacity=capacity)
+    assert [part.tolist() for part in found.patches] == [
+        [*sets.patches[number].tolist(), *(patch for patch in sorted(chosen) if chosen[patch] == number)]
+        for number in range(len(held))]
 
 
 def test_patches_beyond_the_home_capacity_go_where_most_entries_are_free():

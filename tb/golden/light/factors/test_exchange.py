@@ -4,12 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy import sparse
 
 from golden.errors import InputError
 from golden.light.factors.exchange import STEFAN_BOLTZMANN, net_exchange, script_f
 from golden.light.factors.view_factors import ViewFactors
 from tb.golden.light.solvers.systems import DUCT_FACTORS
+from tb.lib.schedules import SETTINGS
 
 DUCT_AREA = np.array([3.0, 4, 5])
 
@@ -61,6 +64,45 @@ def test_a_given_flux_gives_the_temperature_that_causes_it():
     back = net_exchange(DUCT, temperature=(np.nan, 500.0, np.nan), emissivity=emissivity,
                         flux=(forward.flux[0], np.nan, forward.flux[2]))
     np.testing.assert_allclose(back.temperature, temperature, rtol=1e-11)
+
+
+@st.composite
+def enclosures(draw):
+    """Sides of unequal areas, of which every two may see each other, open or closed or both."""
+    count = draw(st.integers(1, 5))
+    area = np.array([draw(st.sampled_from((0.1, 1.0, 3.0, 20.0))) for _ in range(count)])
+    shared = np.zeros((count, count))
+    for i in range(count):
+        for j in range(i + 1):
+            shared[i, j] = shared[j, i] = draw(st.sampled_from((0.0, 0.5, 1.0))) if j < i - 1 else 1.0
+    # The fullest row closes, unless all are open.
+    shared *= draw(st.sampled_from((1.0, 0.7))) / (shared.sum(axis=1) / area).max()
+    return enclosure(shared / area[:, None], area)
+
+
+@settings(SETTINGS, max_examples=80)
+@given(enclosures(), st.data())
+def test_given_fluxes_and_temperatures_in_any_mixture_are_in_balance(factors, data):
+    """Those of a dense solution with all temperatures given, of which some are replaced by the fluxes that follow."""
+    count, sky = len(factors), data.draw(st.sampled_from((0.0, 250.0)))
+    emissivity = np.array([data.draw(st.sampled_from((1.0, 0.3, 0.05, 0.0) if side else (1.0, 0.3)))
+                           for side in range(count)])
+    temperature = np.array([data.draw(st.sampled_from((100.0, 300.0, 1200.0))) for _ in range(count)])
+    emitted, outside = emissivity * black(*temperature), factors.sky * STEFAN_BOLTZMANN * sky**4
+    matrix = factors.F.toarray()
+    radiosity = np.linalg.solve(np.eye(count) - (1 - emissivity)[:, None] * matrix,
+                                emitted + (1 - emissivity) * outside)
+    irradiance = matrix @ radiosity + outside
+    flux = radiosity - irradiance
+    has_flux = np.array([data.draw(st.booleans()) for _ in range(count)]) & (emissivity > 0)
+    has_flux[0] = False
+    found = net_exchange(factors, emissivity=emissivity, temperature=np.where(has_flux, np.nan, temperature),
+                         flux=np.where(has_flux, flux, np.nan), sky_temperature=sky)
+    scale = max(emitted.max(), outside.max(), 1e-30)
+    for values, expected in ((found.radiosity, radiosity), (found.irradiance, irradiance), (found.flux, flux),
+                             (black(*found.temperature), black(*temperature))):
+        # A temperature follows from its flux over the emissivity, here at least 0.05.
+        np.testing.assert_allclose(values, expected, rtol=0, atol=1e-8 * scale)
 
 
 def test_equal_temperatures_exchange_nothing():

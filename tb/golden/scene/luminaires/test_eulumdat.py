@@ -1,9 +1,13 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from golden.errors import InputError
 from golden.scene.luminaires.eulumdat import read_eulumdat
 from tb.golden.scene.luminaires.texts import eulumdat
+from tb.golden.scene.luminaires.webs import folded, symmetric_tables
+from tb.lib.schedules import SETTINGS
 
 EIGHT = tuple(range(0, 360, 45))
 
@@ -14,21 +18,30 @@ def first(text):
     return {plane: row[0] for plane, row in zip(found.planes.tolist(), found.candela.tolist(), strict=True)}
 
 
-def rows(*values):
-    return np.repeat(np.array(values, dtype=float), 3).reshape(-1, 3)
-
-
 def test_intensities_are_per_thousand_lumens():
     assert first(eulumdat(flux=2500, factor=2)) == {0: 500}
 
 
-@pytest.mark.parametrize(("symmetry", "values", "whole"), [
-    (0, (1, 2, 3, 4, 5, 6, 7, 8), (1, 2, 3, 4, 5, 6, 7, 8, 1)), (2, (1, 2, 3, 4, 5), (1, 2, 3, 4, 5, 4, 3, 2, 1)),
-    # Planes 270, 315, 0, 45, 90, and the mirror image about C90 and C270.
-    (3, (1, 2, 3, 4, 5), (3, 4, 5, 4, 3, 2, 1, 2, 3)), (4, (1, 2, 3), (1, 2, 3, 2, 1, 2, 3, 2, 1))])
-def test_symmetric_lights_are_completed(symmetry, values, whole):
-    found = first(eulumdat(symmetry=symmetry, planes=EIGHT, candela=rows(*values)))
-    assert found == dict(zip((*EIGHT, 360), whole, strict=True))
+@settings(SETTINGS, max_examples=60)
+@given(table=symmetric_tables(), sets=st.integers(1, 3), flux=st.sampled_from((500.0, 2000.0)),
+       factor=st.sampled_from((0.5, 1.0)))
+def test_symmetric_lights_are_completed_with_any_sets_of_lamps_and_factors(table, sets, flux, factor):
+    mirrors, (gamma, planes, candela) = table["mirrors"], (table[name] for name in ("gamma", "planes", "candela"))
+    symmetry = {(): 0, ("C0",): 2, ("C90",): 3, ("C0", "C90"): 4}[mirrors]
+    step = planes[1] - planes[0]
+    if symmetry == 0:
+        given = candela[:-1]
+    elif symmetry == 3:
+        # The file has C270 over C0 to C90: mirror images of C270 to C90.
+        given = candela[::-1]
+    else:
+        given = candela
+    found = read_eulumdat(eulumdat(symmetry=symmetry, planes=range(0, 360, step), gamma=gamma, sets=sets, flux=flux,
+                                   candela=np.array(given, dtype=float), factor=factor))
+    assert found.gamma.tolist() == gamma
+    assert found.planes.tolist() == list(range(0, 361, step))
+    expected = [candela[planes.index(folded(mirrors, plane))] for plane in range(0, 361, step)]
+    np.testing.assert_allclose(found.candela, np.array(expected) * factor * flux / 1000)
 
 
 @pytest.mark.parametrize(("size", "opening"), [((1200, 600), (0.6, 1.2)), ((300, 0), (0.3, 0.3)), ((0, 0), (0, 0))])

@@ -1,10 +1,14 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from golden.errors import InputError, InputWarning
 from golden.scene.luminaires.ies import read_ies
 from golden.scene.luminaires.photometric_web import PhotometricWeb
 from tb.golden.scene.luminaires.texts import ies
+from tb.golden.scene.luminaires.webs import folded, symmetric_tables
+from tb.lib.schedules import SETTINGS
 
 
 def candela(text):
@@ -19,13 +23,23 @@ def test_multiplier_and_both_ballast_factors_scale_the_intensities():
     assert candela(ies(multiplier=3)) == {0: [300, 300, 300]}
 
 
+@settings(SETTINGS, max_examples=60)
+@given(table=symmetric_tables(), multiplier=st.sampled_from((1.0, 2.0)), ballast=st.sampled_from((0.5, 1.0)),
+       unit=st.sampled_from((1, 2)))
+def test_symmetric_lights_are_completed_with_any_factors_and_units(table, multiplier, ballast, unit):
+    mirrors, (gamma, planes, values) = table["mirrors"], (table[name] for name in ("gamma", "planes", "candela"))
+    found = read_ies(ies(vertical=gamma, horizontal=planes, candela=np.array(values, dtype=float), unit=unit,
+                         multiplier=multiplier, ballast=ballast, size=(1.0, 2.0, 0.0)))
+    assert found.planes.tolist() == list(range(0, 361, planes[1] - planes[0]))
+    expected = [values[planes.index(folded(mirrors, plane))] for plane in found.planes.astype(int).tolist()]
+    np.testing.assert_allclose(found.candela, np.array(expected) * multiplier * ballast)
+    assert found.opening == pytest.approx((2, 1) if unit == 2 else (0.6096, 0.3048))
+
+
 @pytest.mark.parametrize(("horizontal", "values", "whole"), [
-    ((0,), [1], {0: 1}),
-    ((0, 45, 90), [1, 2, 3], {0: 1, 45: 2, 90: 3, 135: 2, 180: 1, 225: 2, 270: 3, 315: 2, 360: 1}),
-    ((0, 60, 180), [1, 2, 3], {0: 1, 60: 2, 180: 3, 300: 2, 360: 1}),
-    ((90, 180, 270), [1, 2, 3], {0: 2, 90: 1, 180: 2, 270: 3, 360: 2}),
+    ((0,), [1], {0: 1}), ((0, 60, 180), [1, 2, 3], {0: 1, 60: 2, 180: 3, 300: 2, 360: 1}),
     ((0, 90, 200, 360), [1, 2, 3, 1], {0: 1, 90: 2, 200: 3, 360: 1})])
-def test_symmetric_lights_are_completed(horizontal, values, whole):
+def test_planes_may_be_unevenly_spaced_or_one(horizontal, values, whole):
     rows = np.repeat(np.array(values, dtype=float), 3).reshape(-1, 3)
     assert {plane: row[0] for plane, row in candela(ies(horizontal=horizontal, candela=rows)).items()} == whole
 

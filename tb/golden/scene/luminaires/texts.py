@@ -17,10 +17,13 @@ def ies(*, vertical=(0, 45, 90), horizontal=(0,), candela=None, tilt="NONE", kin
 
 def eulumdat(*, symmetry=1, planes=(0,), gamma=(0, 45, 90), candela=None, flux=1000.0, factor=1.0, size=(0, 0),
              sets=1) -> str:
-    """An EULUMDAT file; candela is per 1000 lm, of the C planes that the symmetry leaves."""
+    """An EULUMDAT file; candela is per 1000 lm, of the C planes that the symmetry leaves.
+
+    Only the first of several sets of lamps has the flux, the others have 7 lm.
+    """
     candela = np.full((1, len(gamma)), 100.0) if candela is None else np.asarray(candela)
     head = ["maker", 1, symmetry, len(planes), 0, len(gamma), 0, "report", "lamp", "1", "a.ldt", "today", 600, 600, 90,
             *size, 0, 0, 0, 0, 100, 100, factor, 0, sets]
-    lamps = [1, "LED", flux, "4000", "80", 10] * sets
+    lamps = [entry for lumens in [flux, *[7] * (sets - 1)][:sets] for entry in (1, "LED", lumens, "4000", "80", 10)]
     values = [*planes, *gamma, *candela.ravel().tolist()]
     return "\n".join(map(str, [*head, *lamps, *[0.5] * 10, *values])) + "\n"

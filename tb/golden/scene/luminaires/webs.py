@@ -5,7 +5,7 @@ from bisect import bisect_right
 import numpy as np
 from hypothesis import strategies as st
 
-__all__ = ["intensity", "web_tables"]
+__all__ = ["folded", "intensity", "symmetric_tables", "web_tables"]
 
 
 @st.composite
@@ -21,6 +21,35 @@ def web_tables(draw) -> dict:
     rows = [[first if angle in (0, 180) else value for angle, first, value in zip(gamma, rows[0], row, strict=True)]
             for row in rows]
     return {"gamma": gamma, "planes": planes, "candela": rows}
+
+
+# By the planes about which the light is symmetric the C angles of which it is given: C0 with C180, C90 with C270.
+_GIVEN = {(): (0, 360), ("C0",): (0, 180), ("C90",): (90, 270), ("C0", "C90"): (0, 90)}
+
+
+@st.composite
+def symmetric_tables(draw) -> dict:
+    """Draws ``mirrors``, the planes of symmetry, and ``gamma``, ``planes`` and ``candela`` of the part that is given.
+
+    C planes are evenly spaced, a multiple of four in a whole turn; the light is the same in C0 and C360.
+    """
+    mirrors = draw(st.sampled_from(sorted(_GIVEN)))
+    low, high = _GIVEN[mirrors]
+    planes = list(range(low, high + 1, draw(st.sampled_from((30, 45, 90)))))
+    gamma = sorted({0, 90} | draw(st.sets(st.integers(1, 89), max_size=2)))
+    candela = [[draw(st.integers(0, 9)) for _ in gamma] for _ in planes]
+    if not mirrors:
+        candela[-1] = candela[0]
+    return {"mirrors": mirrors, "gamma": gamma, "planes": planes, "candela": candela}
+
+
+def folded(mirrors: tuple[str, ...], plane: int) -> int:
+    """The C angle of the given part at which a symmetric light has the intensity of a C angle from 0 to 360."""
+    if "C0" in mirrors:
+        plane = min(plane, 360 - plane)
+    if "C90" in mirrors and not _GIVEN[mirrors][0] <= plane <= _GIVEN[mirrors][1]:
+        plane = (180 - plane) % 360
+    return plane
 
 
 def intensity(table: dict, gamma: float, plane: float) -> float:
