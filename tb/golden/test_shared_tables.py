@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from golden.config import PRESETS, Config, Icu, Numbers
+from golden.config import PRESETS, Config, Icu
 from golden.ctu import margins
 from golden.ctu.cell_traversal import reciprocal_table
 from golden.ctu.grid_rays import hemisphere_rays
 from golden.frustum import Hemisphere
 from golden.icu.edge_planes import EDGES
-from golden.icu.inverse_distance import decode, encode
+from golden.icu.inverse_distance import decode
 from golden.icu.settle_code import settle_code, settle_floor
 from golden.memory_map import pack_beats, phase_image
-from golden.noc.packing import check, reply_flits, request_flits
+from golden.noc.packing import reply_flits, request_flits
 from golden.schedule.phase import schedule
 from tb.golden import precise
 from tb.golden.icu.patches import hemisphere
@@ -80,23 +80,6 @@ def test_edges_and_diagonals_are_in_the_order_of_the_documents():
     assert EDGES == ((0, 1), (1, 2), (2, 3), (3, 0), (0, 2), (1, 3))
 
 
-@pytest.mark.parametrize(("numbers", "bias"), [
-    (Numbers(), 39), (Numbers(exponent_bits=5, vector_fraction=14, fraction_bits=8), 15)])
-def test_a_stored_inverse_distance_is_a_float_with_the_bias_of_the_finest_plane(numbers, bias):
-    fraction, random = numbers.fraction_bits, np.random.default_rng(0)
-    keys = np.concatenate([random.integers(1, numbers.inverse.high, 300), [1, numbers.inverse.high]])
-    for key in keys.tolist():
-        exponent, rest = divmod(key, 1 << fraction)
-        value = Fraction(2) ** (exponent - bias) * (1 + Fraction(rest, 1 << fraction))
-        assert Fraction(float(decode(np.array(key), numbers))) == value
-        # Below 2^44, as `encode` requires.
-        scaled = value * Fraction(2) ** (bias - exponent + 30)
-        assert int(encode(np.array(int(scaled)), np.array(exponent - bias - 30), numbers)) == key
-        assert int(encode(np.array(int(scaled) - 1), np.array(exponent - bias - 30), numbers, up=True)) == key
-        assert int(encode(np.array(int(scaled) + 1), np.array(exponent - bias - 30), numbers, up=True)) \
-            == min(key + 1, numbers.inverse.high)
-
-
 @pytest.mark.parametrize("icu", [Icu(), Icu(settle_bits=6, settle_fraction=3)], ids=str)
 def test_settle_codes_are_floats_from_a_half(icu):
     config = Config(icu=icu)
@@ -109,13 +92,6 @@ def test_settle_codes_are_floats_from_a_half(icu):
         assert Fraction(float(decode(np.array(floor), config.numbers))) == expected
         assert int(settle_code(np.array(floor), config)) == code
         assert int(settle_code(np.array(floor - 1), config)) == code - 1
-
-
-def test_check_bits_are_those_of_the_published_crc_8():
-    # The check value of CRC-8/SMBUS, polynomial 0x07, of the nine digits.
-    assert check("crc", int.from_bytes(b"123456789", "big"), 72) == 0xF4
-    assert [check("parity", value, 8) for value in (0, 1, 3, 0xFE)] == [0, 1, 0, 1]
-    assert check("none", 0xFF, 8) == 0
 
 
 def test_flits_are_those_of_an_example_by_hand():
