@@ -1,11 +1,12 @@
 """View factors with all of their parts, for tests of what stores them."""
 
 import numpy as np
+from hypothesis import strategies as st
 from scipy import sparse
 
 from golden.light.factors.view_factors import ViewFactors
 
-__all__ = ["three_sides"]
+__all__ = ["sparse_sides", "three_sides"]
 
 
 def three_sides(**changed) -> ViewFactors:
@@ -22,3 +23,25 @@ def three_sides(**changed) -> ViewFactors:
         "unprojected": sparse.csr_array((matrix.data * 1.01, matrix.indices, matrix.indptr), shape=(3, 3)),
         "row_sums": np.array([[3, 4], [4, 4], [4, 4]]), "weight_bits": 2, "settings": {"rays": "4x4", "samples": 2}}
     return ViewFactors(**given | changed)
+
+
+@st.composite
+def sparse_sides(draw) -> ViewFactors:
+    """Draws up to five sides, of which any may see nothing, no sky and no patch of the sky: rows may be empty."""
+    count = draw(st.integers(1, 5))
+    values = st.sampled_from((0.0, 0.0, 0.125, 0.5))
+
+    def matrix(columns):
+        rows = [[draw(values) for _ in range(columns)] for _ in range(count)]
+        return sparse.csr_array(np.array(rows).reshape(count, columns))
+
+    def of_sides():
+        return np.array([draw(values) for _ in range(count)])
+
+    factors = matrix(count)
+    like = sparse.csr_array((factors.data / 100, factors.indices, factors.indptr), shape=factors.shape)
+    return ViewFactors(
+        F=factors, sky=of_sides(), back=of_sides(), patch=np.arange(count), front=np.ones(count, dtype=bool),
+        area=of_sides() + 1, normal=np.tile((0.0, 0, 1), (count, 1)), surface=np.array(["side"] * count),
+        error=draw(st.sampled_from((None, like))), sky_error=draw(st.sampled_from((None, of_sides()))),
+        sky_patches=draw(st.sampled_from((None, matrix(draw(st.integers(1, 3)))))))

@@ -1,10 +1,14 @@
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from golden.light.factors.join import join
 from golden.light.factors.row_block import RowBlock
+from tb.lib.schedules import SETTINGS
 
 AREA = np.array([1.0, 2.0, 4.0])
 RAYS, ERROR = 100, 0.1
@@ -25,50 +29,46 @@ def joined(*blocks):
     return join(blocks, area=AREA, error=ERROR)
 
 
-def test_hits_of_both_hemispheres_count_by_their_exposure():
-    nan = np.nan
-    result = joined(block([[(1, 3, nan, nan)], [(0, 2, nan, nan)], []]))
-    expected = 5 / (RAYS / 1 + RAYS / 2)
-    assert result.F[0, 1] == pytest.approx(expected)
-    assert result.F[1, 0] == pytest.approx(expected / 2)
-    assert result.error[0, 1] == pytest.approx(np.sqrt(5.5) / (RAYS / 1 + RAYS / 2))
+@st.composite
+def drawn_rows(draw):
+    """Areas, rays and entries of up to four sides: rows without entries, of one direction, measured or only hit."""
+    count = draw(st.integers(1, 4))
+    sides = st.sampled_from((0.5, 1.0, 4.0))
+    rows = []
+    for row in range(count):
+        columns = [column for column in range(count) if column != row and draw(st.booleans())]
+        rows.append([(column, draw(st.integers(0, 40)), *draw(st.sampled_from((
+            (np.nan, np.nan), (0.125, 0.01), (0.0625, 0.001), (0.03125, 0.0))))) for column in columns])
+    return [draw(sides) for _ in rows], [draw(st.sampled_from((50, 100, 400))) for _ in rows], rows
 
 
-def test_one_direction_is_enough():
-    nan = np.nan
-    result = joined(block([[], [], [(0, 1, nan, nan)]]))
-    assert result.F[0, 2] == pytest.approx(1 / (RAYS + RAYS / 4))
-    assert result.F[2, 0] == pytest.approx(result.F[0, 2] / 4)
-
-
-def test_hits_give_at_most_the_error_from_the_smaller_patch():
-    nan = np.nan
-    result = joined(block([[], [(2, 90, nan, nan)], []]))
-    assert result.F[1, 2] == pytest.approx(ERROR)
-    assert result.error[1, 2] == pytest.approx(ERROR / 2)
-
-
-def test_what_segments_measured_counts_alone():
-    result = joined(block([[(1, 60, 0.25, 0.01)]]), block([[(0, 7, np.nan, np.nan)], [(0, 0, 0.125, 0.0)]]))
-    assert result.F[0, 1] == 0.25
-    assert result.F[1, 0] == 0.125
-    assert (result.error[0, 1], result.error[1, 0]) == (0.01, 0.005)
-    assert (result.F[2, 0], result.F[0, 2]) == (0.125, 0.5)
-    assert result.error.nnz == 4
-    assert result.error[0, 2] == 0
-
-
-def test_the_surer_of_two_measurements_counts():
-    for errors in ((0.01, 0.0001), (0.0001, 0.01)):
-        result = joined(block([[(1, 0, 0.2, errors[0])], [(0, 0, 0.125, errors[1])], []]))
-        assert result.F[0, 1] == (0.25 if errors[1] < errors[0] else 0.2)
-        assert result.error[0, 1] == min(errors[0], 2 * errors[1])
-
-
-def test_rows_of_more_rays_count_by_theirs():
-    blocks = [block([[(1, 3, np.nan, np.nan)]]), block([[(0, 2, np.nan, np.nan)], []])]
-    result = joined(replace(blocks[0], rays=np.array([400])), blocks[1])
-    assert result.F[0, 1] == pytest.approx(5 / (400 / 1 + RAYS / 2))
+@settings(SETTINGS, max_examples=80)
+@given(drawn_rows(), st.data())
+def test_pairs_are_joined_by_their_definition_whatever_the_blocks(drawn, data):
+    area, rays, rows = drawn
+    blocks, first = [], 0
+    while first < len(rows):
+        last = data.draw(st.integers(first + 1, len(rows)))
+        blocks.append(replace(block(rows[first:last]), rays=np.array(rays[first:last])))
+        first = last
+    result = join(blocks, area=np.array(area), error=ERROR)
+    for i, j in combinations(range(len(rows)), 2):
+        entries = [next((entry for entry in rows[row] if entry[0] == column), None) for row, column in ((i, j), (j, i))]
+        seen = [(side, *entry[1:]) for side, entry in zip((i, j), entries, strict=True) if entry]
+        exposure = rays[i] / area[i] + rays[j] / area[j]
+        measured = [(error * area[side], factor * area[side]) for side, _, factor, error in seen if error == error]
+        if measured:
+            # Of equally sure ones that of the second side.
+            deviation, exchange = min(measured[::-1], key=lambda one: one[0])
+        else:
+            hits, most = sum(entry[1] for entry in seen), ERROR * min(area[i], area[j])
+            exchange = min(hits / exposure, most) if seen else 0
+            deviation = min(np.sqrt(hits + 0.5) / exposure, most / 2) if seen else 0
+        for one, other in ((i, j), (j, i)):
+            assert result.F[one, other] == pytest.approx(exchange / area[one])
+            assert result.error[one, other] == pytest.approx(deviation / area[one])
+    assert result.F.nnz == result.error.nnz == len(
+        {frozenset((row, entry[0])) for row, entries in enumerate(rows) for entry in entries}) * 2
 
 
 def test_shares_outside():
