@@ -29,10 +29,20 @@ def test_numbers_by_tregenza():
     assert division.numbers(direction([-1e-9, -90], 0)).tolist() == [0, 0]
 
 
-def test_numbers_by_reinhart():
-    division = SkyDivision("reinhart")
-    assert division.numbers(direction([3, 9, 88], 0)).tolist() == [1, 61, 577]
-    assert division.numbers(direction(3, [5.9, 354])).tolist() == [2, 60]
+@pytest.mark.parametrize(("name", "parts"), [("tregenza", 1), ("reinhart", 2)])
+def test_patches_end_at_their_heights_and_azimuths(name, parts):
+    """A millionth of a degree on either side of each border of each band, the north among them."""
+    division, first = SkyDivision(name), 1
+    counts = np.repeat([30, 30, 24, 24, 18, 12, 6], parts) * parts
+    height = 90 / (len(counts) + 0.5)
+    for band, count in enumerate(counts.tolist()):
+        borders = (np.arange(count) + 0.5) * 360 / count
+        for altitude in (band * height + 1e-6, (band + 1) * height - 1e-6):
+            before, behind = (division.numbers(direction(altitude, borders + step)) for step in (-1e-6, 1e-6))
+            assert before.tolist() == [first + sector for sector in range(count)]
+            assert behind.tolist() == [first + (sector + 1) % count for sector in range(count)]
+        first += count
+    assert division.numbers(direction(90 - height / 2 + 1e-6, [0, 123, 359])).tolist() == [first] * 3
 
 
 def test_places_do_not_leave_the_division():
