@@ -12,14 +12,14 @@ LITEX   := build/litex
 # Whatever iterates over a set of strings does it in the same order in every run.
 export PYTHONHASHSEED := 0
 
-# `make sim BLOCK=icu` runs the regressions of one block.
+# `make sim BLOCK=icu` runs the regressions of one block, its proofs among them; those of no single block are in `formal`.
 BLOCKS  := control ctu formal icu lib memsys noc system
 BLOCK   ?= $(BLOCKS)
-BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py))
+BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py) $(BLOCK:%=tb/formal/%/test_*.py))
 PYTEST  := $(BIN)/pytest -n 2 --dist loadgroup
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock litex demo test sim formal bench report nightly bugs release pictures docs lint clean
+.PHONY: help setup lock litex demo test sim coverage formal bench report nightly bugs release pictures docs lint clean
 
 help: ## this list
 	@echo "Radiosity Engine: make TARGET"
@@ -73,6 +73,10 @@ sim: $(STAMP) ## the regressions of the hardware: cocotb in Verilator and Icarus
 	done
 	@echo "== regressions of $(BLOCK)"
 	$(PYTEST) -m "not nightly" $(BENCHES)
+
+coverage: $(STAMP) ## arms of If, Switch and FSM that make sim enters, by block; BLOCK=icu for one
+	$(PYTEST) -p tb.coverage.plugin -m "not nightly" $(BENCHES)
+	$(BIN)/python -m tb.coverage
 
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a negative control that must fail
 	$(PYTEST) tb/formal

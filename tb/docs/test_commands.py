@@ -55,7 +55,7 @@ ELSEWHERE = {
         ("tb/board/test_ulx3s.py", "test_bitstream", "build(")],
     "radiosity exchange canyon": [("tb/docs/test_view_factors_page.py", "test_the_tutorial", "invoke(")],
     "-m hw figures": [("tb/synthesis/test_figures.py", "test_the_command_writes_what_has_changed", '["figures"]')],
-    "make (bugs|setup|litex|lint|test|sim|formal|nightly|release|report|bench)": [],
+    "make (setup|litex|lint|test|sim|coverage|formal|nightly|bugs|release|report|bench)": [],
     "make demo": [("tb/docs/test_commands.py", "test_the_demo", "demo")],
     "make pictures": [("tb/radiosity/test_reports.py", "test_pictures_report_their_files", 'run("pictures"')],
     "make docs": [("tb/docs/test_site.py", "test_the_site_is_built_and_all_its_links_lead_somewhere", "invoke(main")],

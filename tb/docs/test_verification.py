@@ -9,7 +9,7 @@ from tb.docs.verification import report
 
 @pytest.fixture(scope="module")
 def text():
-    return report("tb/formal/test_queue.py", "tb/formal/test_fork.py")
+    return report("tb/formal/lib/test_queue.py", "tb/formal/lib/test_fork.py")
 
 
 def test_proofs_are_listed_with_their_negative_controls(text):
@@ -25,7 +25,7 @@ def test_tests_are_counted_and_cases_named(text):
     def counts(name):
         return [int(count or 0) for count in re.search(rf"^\| {name} \| ?(.*) \|$", text, re.MULTILINE)[1].split(" | ")]
 
-    files, *folder = counts("`tb/formal`")
+    files, *folder = counts("`tb/formal/lib`")
     queue, fork = counts("`test_queue.py`"), counts("`test_fork.py`")
     assert files == 2
     assert folder == [sum(both) for both in zip(queue, fork, strict=True)] == counts("all")[1:]

@@ -9,6 +9,8 @@ from tb.formal.prove import prove
 
 __all__ = ["Claim", "Control", "declare"]
 
+_SIM, _NIGHTLY = pytest.mark.sim, pytest.mark.nightly
+
 
 class Claim:
     """All assertions of a bench hold.
@@ -21,16 +23,18 @@ class Claim:
         All reachable states are checked.
     only
         The name of the one assertion that is claimed.
+    slow
+        It takes more than two seconds, longer than a commit's tests may: those of the hardware check it.
     nightly
-        It takes longer than a commit's tests may.
+        It takes longer than these may.
     options
         Of the bench.
     """
 
     def __init__(self, *, cycles: int | None = None, unbounded: bool = False, only: str | None = None,
-                 nightly: bool = False, **options):
+                 slow: bool = False, nightly: bool = False, **options):
         self.cycles, self.unbounded, self.only = cycles, unbounded, only
-        self.nightly, self.options = nightly, options
+        self.slow, self.nightly, self.options = slow, nightly, options
 
 
 class Control:
@@ -43,7 +47,7 @@ class Control:
     faults
         Wrong outputs, see `NegativeControl`; else the fault is in ``options``.
     nightly
-        It takes longer than a commit's tests may.
+        It takes longer than the hardware's tests may.
     options
         Of the bench.
     """
@@ -57,8 +61,9 @@ def declare(make: Callable[..., Bench], *, cycles: int, controls: dict[str, Cont
     """The tests of a property: its claims, that each bench of a claim reaches all its covers, and its controls.
 
     A cover must be reached within the cycles of the shortest claim about its bench, so that no claim is vacuous;
-    and a fault must be noticed within those of a claim that checks the assertion. A commit's tests check the claims,
-    reach the covers of the first bench and notice the first control's fault, the nightly all.
+    and a fault must be noticed within those of a claim that checks the assertion. A commit's tests check the claims;
+    those of the hardware also reach the covers of the first bench and notice the first control's fault; the nightly
+    does all.
 
     Parameters
     ----------
@@ -73,7 +78,7 @@ def declare(make: Callable[..., Bench], *, cycles: int, controls: dict[str, Cont
     engine
         Of all but unbounded claims, see `prove`.
     covers_nightly
-        The covers take longer than a commit's tests may.
+        The covers take longer than the hardware's tests may.
 
     Returns
     -------
@@ -111,12 +116,14 @@ def declare(make: Callable[..., Bench], *, cycles: int, controls: dict[str, Cont
     for claim in claims:
         alike.setdefault(_words(claim.options), []).append(claim)
     tests = [_case("holds", " ".join(filter(None, [words, one.only, f"cycles={one.cycles}" if one.cycles else ""])),
-                   holds, one, nightly=one.nightly) for words, same in alike.items() for one in same]
+                   holds, one, tier=_NIGHTLY if one.nightly else _SIM if one.slow else ())
+             for words, same in alike.items() for one in same]
     tests += [_case("reaches", words, reaches, same[0], min(one.cycles or cycles for one in same),
-                    nightly=covers_nightly or index > 0 or all(one.nightly for one in same))
+                    tier=_NIGHTLY if covers_nightly or index > 0 or all(one.nightly for one in same) else _SIM)
               for index, (words, same) in enumerate(alike.items())]
     first = next((name for name, control in controls.items() if not control.nightly), None)
-    tests += [_case("fails", name, fails, control, nightly=name != first) for name, control in controls.items()]
+    tests += [_case("fails", name, fails, control, tier=_SIM if name == first else _NIGHTLY)
+              for name, control in controls.items()]
 
     @pytest.mark.parametrize("check", tests)
     def test(check):
@@ -125,11 +132,11 @@ def declare(make: Callable[..., Bench], *, cycles: int, controls: dict[str, Cont
     return test
 
 
-def _case(kind, words, check, *given, nightly):
+def _case(kind, words, check, *given, tier):
     def run():
         check(*given)
 
-    return pytest.param(run, id=f"{kind} {words}".strip(), marks=[pytest.mark.nightly] if nightly else [])
+    return pytest.param(run, id=f"{kind} {words}".strip(), marks=tier)
 
 
 def _words(options):

@@ -50,7 +50,7 @@ def make(name="queue"):
 
 test_rules = declare(
     make, cycles=10, claims=[*(Claim(name=name, unbounded=True) for name in (*SMALL, *CHECK)),
-                             *(Claim(name=name) for name in BLOCKS)],
+                             *(Claim(name=name, slow=True) for name in BLOCKS)],
     controls={
         "takes an offer back": Control("withdrawn", {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid}),
         "changes an offer": Control("changed", {"o__payload": lambda dut: dut.o.payload ^ dut.i.payload}),
@@ -58,7 +58,7 @@ test_rules = declare(
     })
 
 test_rules_of_the_memory_engines = declare(
-    make, cycles=14, engine="abc bmc3", covers_nightly=True, claims=[Claim(name=name) for name in ENGINES],
+    make, cycles=14, engine="abc bmc3", covers_nightly=True, claims=[Claim(name=name, slow=True) for name in ENGINES],
     controls={f"the {name} withdraws an answer": Control(
         "withdrawn", {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid}, name=name, nightly=name == "write_engine")
         for name in ENGINES})

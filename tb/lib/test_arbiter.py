@@ -14,7 +14,7 @@ ITEMS = {k: [{"low": k, "high": number % 16} for number in range(24)] for k in r
 
 
 class TestArbiter(Bench):
-    """Items of each source come in its order; while all request, in turn. `tb.formal.test_arbiter` has proofs."""
+    """Items of each source come in its order; while all request, in turn. `tb.formal.lib.test_arbiter` has proofs."""
 
     variants, simulators, splits = ({},), SIMULATORS[1:], False
     policy = ArbiterPolicy.ROUND_ROBIN

@@ -42,7 +42,7 @@ class Gated(wiring.Component):
 
 
 class TestCreditGate(Bench):
-    """`tb.formal.test_credit_gate` proves its behaviour in all cycles."""
+    """`tb.formal.lib.test_credit_gate` proves its behaviour in all cycles."""
 
     variants, simulators = ({},), SIMULATORS[1:]
 

@@ -10,7 +10,7 @@ ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
 
 
 class TestFork(Bench):
-    """`tb.formal.test_fork` proves its behaviour in all cycles."""
+    """`tb.formal.lib.test_fork` proves its behaviour in all cycles."""
 
     variants, simulators = ({},), SIMULATORS[1:]
 

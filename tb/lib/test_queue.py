@@ -10,7 +10,7 @@ ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
 
 
 class TestQueue(Bench):
-    """`tb.formal.test_queue` proves its behaviour in all cycles."""
+    """`tb.formal.lib.test_queue` proves its behaviour in all cycles."""
 
     variants, simulators = ({},), SIMULATORS[1:]
 

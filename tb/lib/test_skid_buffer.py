@@ -9,7 +9,7 @@ ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
 
 
 class TestSkidBuffer(Bench):
-    """`tb.formal.test_skid_buffer` proves its behaviour in all cycles."""
+    """`tb.formal.lib.test_skid_buffer` proves its behaviour in all cycles."""
 
     variants, simulators, formula = ({},), SIMULATORS[1:], {"bypass": False}
 

@@ -1,4 +1,4 @@
-"""Its arguments. tb/formal/test_work_count.py proves its behaviour."""
+"""Its arguments. tb/formal/memsys/test_work_count.py proves its behaviour."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Sources that share a port: whose request, whose data, whose answer. `tb.formal.test_write_merge` has proofs."""
+"""Sources that share a port: whose request, data and answer. `tb.formal.memsys.test_write_merge` has proofs."""
 
 from collections import deque
 from itertools import pairwise

@@ -6,7 +6,7 @@ from golden.config import PRESETS
 from hw.icu.ray_memory import BANKS, RayMemory
 from hw.lib.generations import Generations
 from tb.formal.bench import Bench, transfers
-from tb.formal.declare import Control, declare
+from tb.formal.declare import Claim, Control, declare
 from tb.formal.source_fault import source_fault, with_parts
 from tb.formal.stream_rules import add_rules
 
@@ -74,7 +74,7 @@ def make(kind=RayMemory, generations=Generations):
 
 
 test_ray_memory = declare(
-    make, cycles=24, engine="abc bmc3", covers_nightly=True,
+    make, cycles=24, engine="abc bmc3", covers_nightly=True, claims=[Claim(slow=True)],
     controls={
         "a tag is not compared": Control("won", kind=source_fault(
             RayMemory, "nearer = (old.generation != operand.row.generation) | (new_key > old_key)",
