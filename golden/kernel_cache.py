@@ -78,7 +78,7 @@ class KernelCache:
         """Remove nothing: what a file has is what compiling would give."""
 
     def _path(self, signature, target_context):
-        """The file of a signature; None if the function reads what cannot be told."""
+        """The file of a signature; None if the function reads what has no digest."""
         digest = kernel_digest(self._dispatcher)
         if digest is None:
             return None

@@ -2,7 +2,9 @@
 
 import io
 import re
+import sys
 import tokenize
+from functools import cache
 from pathlib import Path
 
 __all__ = ["ROOT", "forbidden_phrases", "markdown_files", "occurrences", "prose_of", "prose_of_markdown",
@@ -32,24 +34,31 @@ def prose_of_python(text: str) -> list[tuple[int, str]]:
     """Comments and strings with the number of their first line; the comments of consecutive lines are one."""
     found = []
     last_comment = None
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        line = token.start[0]
-        if token.type == tokenize.COMMENT:
-            words = token.string.lstrip("#").strip()
+    for kind, line, string in _tokens(text):
+        if kind == tokenize.COMMENT:
+            words = string.lstrip("#").strip()
             if last_comment == line - 1:
                 found[-1] = (found[-1][0], f"{found[-1][1]}\n{words}")
             else:
                 found.append((line, words))
             last_comment = line
-        elif token.type in _TEXT_TOKENS:
-            found.append((line, token.string))
+        elif kind in _TEXT_TOKENS:
+            found.append((line, string))
     return found
 
 
 def words_of_names(text: str) -> list[tuple[int, str]]:
     """The names in Python code, as words, each with its line."""
-    return [(token.start[0], re.sub(r"(?<=[a-z0-9])(?=[A-Z])|_+", " ", token.string).strip())
-            for token in tokenize.generate_tokens(io.StringIO(text).readline) if token.type == tokenize.NAME]
+    return [(line, re.sub(r"(?<=[a-z0-9])(?=[A-Z])|_+", " ", string).strip())
+            for kind, line, string in _tokens(text) if kind == tokenize.NAME]
+
+
+@cache
+def _tokens(text):
+    """Names, strings and comments: kind, line and text."""
+    kinds = {tokenize.NAME, tokenize.COMMENT, *_TEXT_TOKENS}
+    return [(token.type, token.start[0], sys.intern(token.string))
+            for token in tokenize.generate_tokens(io.StringIO(text).readline) if token.type in kinds]
 
 
 def prose_of_markdown(text: str, *, spans: bool = False) -> str:

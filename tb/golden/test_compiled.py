@@ -225,7 +225,7 @@ def test_the_folder_is_numbas_variable_or_in_the_users_cache(monkeypatch):
     assert str(kernel_folder()) == "/home/one/.cache/radiosity-engine/kernels"
 
 
-def test_all_kernels_of_the_project_go_through_compiled_and_can_be_told_apart():
+def test_all_kernels_of_the_project_go_through_compiled_and_are_distinguished():
     sources = {path: path.read_text() for tree in ("golden", "radiosity", "hw") for path in (ROOT / tree).rglob("*.py")}
     users = {path.name for path, text in sources.items() if re.search(r"^\s*(import|from) numba\b", text, re.MULTILINE)}
     assert users == {"compiled.py", "kernel_cache.py"}
@@ -252,7 +252,7 @@ def test_a_kernel_that_reads_an_object_of_its_package_is_not_kept():
     assert kernel_digest(kernel) is None
 
 
-def test_sets_and_arrays_are_told_by_their_values():
+def test_sets_and_arrays_count_by_their_values():
     def kernel(x, table=np.arange(3)):  # noqa: B008
         return x in {"one", "two", "three"}
 
