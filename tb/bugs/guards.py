@@ -23,10 +23,11 @@ SMALL, LARGE = "small", "large"
 # register counts the cycles in which an arm was chosen.
 _AGAIN = '''
 
-def _bug_again(owner, count, seen={}):  # noqa: B006
-    """Whether this is called for the same object more often than so many times."""
-    seen.setdefault(id(owner), [owner, 0])[1] += 1
-    return seen[id(owner)][1] > count
+def _bug_again(owner, seen={}):  # noqa: B006
+    """Whether this has been called before for the same object."""
+    is_known = id(owner) in seen
+    seen[id(owner)] = owner
+    return is_known
 '''
 _CHOICE = '''
 
@@ -91,7 +92,7 @@ def guards(source: Source, change: Change) -> list[Guard]:
     found += [*_sizes(function), *_features(source, change, function), *_iterations(source, change, function)]
     if not is_compiled and not any(isinstance(one, _LOOPS) for one in _inside(source, change, function)):
         owner = "self" if "self" in _arguments(function) else "None"
-        found += [Guard(kind="call", condition=f"_bug_again({owner}, {count})", helper=_AGAIN) for count in (1, 4)]
+        found.append(Guard(kind="call", condition=f"_bug_again({owner})", helper=_AGAIN))
     return found
 
 

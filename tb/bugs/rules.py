@@ -202,8 +202,9 @@ def _order(source: Source, node) -> Iterator:
     for first, second in pairwise(body) if isinstance(body, list) else ():
         if not all(isinstance(one, ast.Assign | ast.AugAssign | ast.Expr) for one in (first, second)):
             continue
-        written = [_written(source, one) for one in (first, second)]
-        reads = [{source.of(part) for part in ast.walk(one) if isinstance(part, _PLAIN)} for one in (first, second)]
+        written = [_written(one) for one in (first, second)]
+        # Not by positions: within an f-string they are others.
+        reads = [{ast.unparse(part) for part in ast.walk(one) if isinstance(part, _PLAIN)} for one in (first, second)]
         depends = (written[0] & (reads[1] | written[1])) | (written[1] & reads[0])
         # What the first one binds at first, the second one cannot do without.
         if depends and not any(name in reads[1] and _is_first(source, first, name) for name in written[0]):
@@ -217,12 +218,25 @@ def _state(source: Source, node) -> Iterator:
         given = {one.arg: one.value for one in node.keywords}
         end = source.span(node)[1] - 1
         comma = ", " if node.args or node.keywords else ""
-        if "reset_less" not in given:
+        if "reset_less" not in given and _is_register(source, node):
             yield _spliced(source, node, ((end, end), f"{comma}reset_less=True"))
         if "init" not in given:
             yield _spliced(source, node, ((end, end), f"{comma}init=1"))
         elif source.of(given["init"]) != "0":
             yield _spliced(source, node, (source.span(given["init"]), "0"))
+
+
+def _is_register(source, node):
+    """Whether a new signal's name is assigned to in a clock's domain."""
+    outer = source.parent[node]
+    values = outer.elts if isinstance(outer, ast.Tuple) else [node]
+    statement = source.parent[outer] if isinstance(outer, ast.Tuple) else outer
+    if not isinstance(statement, ast.Assign) or source.function(node) is None:
+        return False
+    target = statement.targets[0]
+    name = ast.unparse(target.elts[values.index(node)] if isinstance(target, ast.Tuple) else target)
+    return any(name in _written(one) for one in ast.walk(source.function(node))
+               if _domain(one) and one.target.attr == "sync")
 
 
 def _dropped(source: Source, node) -> Iterator:
@@ -273,18 +287,18 @@ def _is_hardware_condition(node):
     return node.func.attr if is_call and ast.unparse(node.func) in ("m.If", "m.Elif") else ""
 
 
-def _written(source, statement):
+def _written(statement):
     """Texts of what a statement assigns to, or changes by a method."""
     if isinstance(statement, ast.Assign):
-        return {source.of(one) for target in statement.targets for one in ast.walk(target) if isinstance(one, _PLAIN)}
+        return {ast.unparse(one) for target in statement.targets for one in ast.walk(target) if isinstance(one, _PLAIN)}
     if isinstance(statement, ast.AugAssign):
         if not _domain(statement):
-            return {source.of(statement.target)}
-        return {source.of(one.func.value) for one in ast.walk(statement.value) if isinstance(one, ast.Call)
+            return {ast.unparse(statement.target)}
+        return {ast.unparse(one.func.value) for one in ast.walk(statement.value) if isinstance(one, ast.Call)
                 and isinstance(one.func, ast.Attribute) and one.func.attr == "eq"}
     call = statement.value
     is_method = isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)
-    return {source.of(call.func.value)} if is_method and source.of(call.func.value) not in ("m", "wiring") else set()
+    return {ast.unparse(call.func.value)} - {"m", "wiring"} if is_method else set()
 
 
 def _is_first(source, statement, name):

@@ -47,7 +47,10 @@ def texts(body, rule, path=PATH):
     ("order", "def f(a):\n    c = g(a)\n    b = c\n    return b", set()),
     ("order", "def f(a, b):\n    a = g(a)\n    b += a\n    return b", {
         "def f(a, b):\n    b += a\n    a = g(a)\n    return b"}),
-    ("state", "a = Signal(3, init=2)", {"a = Signal(3, init=2, reset_less=True)", "a = Signal(3, init=0)"}),
+    ("state", "a = Signal(3, init=2)", {"a = Signal(3, init=0)"}),
+    ("state", "def f(m):\n    a, b = Signal(), 1\n    m.d.sync += a.eq(b)", {
+        "def f(m):\n    a, b = Signal(init=1), 1\n    m.d.sync += a.eq(b)",
+        "def f(m):\n    a, b = Signal(reset_less=True), 1\n    m.d.sync += a.eq(b)"}),
     ("dropped", "m.d.sync += [a.eq(b), c.eq(d)]", {"m.d.sync += [c.eq(d)]", "m.d.sync += [a.eq(b)]"}),
     ("dropped", "m.d.comb += a.eq(b)", {"pass"}), ("dropped", "def f(a):\n    b = 1\n    b = 2", {
         "def f(a):\n    b = 1\n    pass"}), ("dropped", "wiring.connect(m, a, b)", {"pass"})])
@@ -71,7 +74,7 @@ def f(values, count: int, scale=1, *, whole=False):
         total += value * scale
     return [one + total for one in values]
 '''
-CASES = [(["a"] * 0, 2, {}), ([1, 2, 3, 4, 5], 2, {}), ([5, 6], 3, {}), ([7], 9, {}), ([1, 2], 1, {"scale": 3}),
+CASES = [([1, 2, 3, 4, 5], 2, {}), ([], 2, {}), ([5, 6], 3, {}), ([7], 9, {}), ([1, 2], 1, {"scale": 3}),
          ([1, 2], 1, {"whole": True})]
 
 
