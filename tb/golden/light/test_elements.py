@@ -88,8 +88,11 @@ def test_rays_see_the_elements_of_the_sides_that_they_hit(elements, monkeypatch,
     if not is_compiled:
         on_arrays(monkeypatch, elements_module)
     random = np.random.default_rng(7)
-    patch, (u, v) = random.integers(-1, len(MIXED), size=500).astype(np.int32), random.random((2, 500))
+    patch = random.integers(-1, len(MIXED), size=500).astype(np.int32)
+    # At the ends and the middles of sides too, and along some patches.
+    u, v = random.choice([0, 0.5, 1, *random.random(5)], (2, 500))
     direction = random.normal(size=(500, 3))
+    direction[::9] = (FLOOR[1] - FLOOR[0]) + (FLOOR[2] - FLOOR[1])
     hits = Hits(patch=patch, t=np.ones(500), u=u, v=v, tests=np.ones(500, dtype=int), steps=np.ones(500, dtype=int))
     front = np.einsum("kj,kj->k", direction, MIXED.normals[patch]) < 0
     seen, number = elements.seen(direction, hits), elements.number(np.maximum(patch, 0), u, v, front)

@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from golden.cast.grid import Grid
@@ -14,13 +16,14 @@ from golden.scene.camera import Camera
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.lib.schedules import SETTINGS
 
 PANE = Material(name="pane", transparent=(0.9, 0.9, 0.9), thin=True)
 RED = Material(name="red", transparent=(0.9, 0.3, 0.0), thin=True)
 BODY = Material(name="body", transparent=(1, 1, 1))
 FLOOR = rectangle((-0.01, -0.01, 0), (0.02, 0, 0), (0, 0.02, 0))
 WIDE = rectangle((-1e4, -1e4, 1), (2e4, 0, 0), (0, 2e4, 0))
-SETTINGS = {"width": 4, "height": 4, "samples": 1, "light_samples": 4, "max_edge": 1.0, "rays": (32, 8)}
+FEW = {"width": 4, "height": 4, "samples": 1, "light_samples": 4, "max_edge": 1.0, "rays": (32, 8)}
 
 
 def lifted(number):
@@ -118,6 +121,17 @@ def test_coloured_glass_dims_each_channel_by_itself():
     assert Glass(scene_of((FLOOR, PANE))).colours == [[0, 1, 2]]
 
 
+@settings(SETTINGS, max_examples=40)
+@given(st.lists(st.tuples(st.booleans(), *[st.sampled_from((0.0, 0.5, 0.8))] * 3), min_size=1, max_size=3))
+def test_channels_are_followed_together_where_all_glass_and_all_mirrors_are_grey_in_them(parts):
+    materials = [Material(name="part", **{"specular" if is_mirror else "transparent": shares})
+                 for is_mirror, *shares in parts]
+    scene = scene_of(*((np.add(FLOOR, (0, 0, height)), material) for height, material in enumerate(materials)))
+    columns = list(zip(*(shares for _, *shares in parts), strict=True))
+    groups = {tuple(other for other in range(3) if columns[other] == columns[channel]) for channel in range(3)}
+    assert {tuple(group) for group in Glass(scene).colours} == groups
+
+
 def test_what_does_not_pass_the_last_sheet_ends_there():
     clear = Material(name="clear", transparent=(1, 1, 1), refraction_index=1.0)
     panes = [(lifted(number), clear) for number in range(SHEETS + 1)]
@@ -135,7 +149,7 @@ def room(*parts, diffuse=0.5):
 
 def seen(scene, **settings):
     camera = Camera(eye=(0.5, 0.5, 0.5), target=(0.5, 1, 0.4), up=(0, 0, 1), fov=60)
-    return render(scene, camera=camera, settings=RenderSettings(**SETTINGS | {"max_edge": 0.5} | settings)).image
+    return render(scene, camera=camera, settings=RenderSettings(**FEW | {"max_edge": 0.5} | settings)).image
 
 
 def test_a_room_behind_a_pane_is_as_bright_as_the_pane_lets_pass():
@@ -178,7 +192,7 @@ def test_a_thin_pane_shows_what_is_behind_it_straight_and_mirrors_the_rest():
     scene = scene_of((lifted(-10), PANE), (lifted(-20), behind), background=(0, 0, 0.5))
     angle = np.radians(60)
     camera = Camera(eye=(-np.sin(angle), 0, np.cos(angle)), target=(0, 0, 0), up=(0, 1, 0), fov=0.01)
-    image = render(scene, camera=camera, settings=RenderSettings(**SETTINGS | {"max_edge": 1e5})).image
+    image = render(scene, camera=camera, settings=RenderSettings(**FEW | {"max_edge": 1e5})).image
     through, mirrored = 0.9 * sheet(0.5), 0.9 * (1 - sheet(0.5))
     np.testing.assert_allclose(image[2, 2], (through, through, through + 0.5 * mirrored), rtol=1e-3)
 
@@ -239,7 +253,7 @@ def test_what_a_mirror_throws_of_a_point_light_diffuses():
         scene = scene_of((walls[:5], Material(name="wall", diffuse=(0.6,) * 3)),
                          (walls[5:], Material(name="last", **{last: (0.6,) * 3})), lights=(light,))
         camera = Camera(eye=(0.5, 0, 0), target=(1, 0, 0), up=(0, 0, 1))
-        lit = render(scene, camera=camera, settings=RenderSettings(**SETTINGS | {"max_edge": 0.25})).indirect
+        lit = render(scene, camera=camera, settings=RenderSettings(**FEW | {"max_edge": 0.25})).indirect
         means.append(lit.elements.area @ lit.received[:, 0] / lit.elements.area.sum())
     # Flux over A (1 - rho), of irradiances over pi.
     assert means == pytest.approx([4 / 24 / 0.4] * 2, rel=0.01)

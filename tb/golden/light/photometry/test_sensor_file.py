@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from golden.errors import InputError
 from golden.light.photometry.sensor_file import MOST, read_sensors
-
-PLANE = "plane 0 0 1  2 0 0  0 3 0  2 3\n"
+from tb.lib.schedules import SETTINGS
 
 
 def read(folder, text):
@@ -13,28 +14,45 @@ def read(folder, text):
     return read_sensors(path)
 
 
-def test_points_keep_their_order_and_comments_count_for_nothing(tmp_path):
-    sensors = read(tmp_path, "# a desk\n\n1 2 3  0 0 2\n4,5,6,0,-1,0 # the wall\n")
-    np.testing.assert_array_equal(sensors.position, [(1, 2, 3), (4, 5, 6)])
-    np.testing.assert_array_equal(sensors.normal, [(0, 0, 1), (0, -1, 0)])
-    assert sensors.plane.tolist() == [-1, -1]
+NUMBER = st.integers(-4, 4).map(lambda value: value / 2)
+VECTOR = st.tuples(NUMBER, NUMBER, NUMBER)
 
 
-def test_a_plane_has_a_sensor_at_the_centre_of_each_field(tmp_path):
-    sensors = read(tmp_path, PLANE)
-    np.testing.assert_allclose(sensors.position, [(0.5, 0.5, 1), (1.5, 0.5, 1), (0.5, 1.5, 1), (1.5, 1.5, 1),
-                                                  (0.5, 2.5, 1), (1.5, 2.5, 1)])
-    assert (sensors.normal == (0, 0, 1)).all()
+@st.composite
+def lines(draw):
+    """The words of a line with its sensors: points, directions and whether they are of a plane; or a comment."""
+    kind = draw(st.sampled_from(("point", "plane", "nothing")))
+    if kind == "nothing":
+        return draw(st.sampled_from(("", "# 1 2 3 0 0 1"))), []
+    corner = np.array(draw(VECTOR))
+    if kind == "point":
+        normal = np.array(draw(VECTOR.filter(any)))
+        words, sensors = [*corner, *normal], [(corner, normal / np.linalg.norm(normal))]
+    else:
+        along, up = np.array([(2.0, 0, 0), (0, 0, 3.0)])[draw(st.permutations([0, 1]))]
+        m, n = draw(st.integers(1, 3)), draw(st.integers(1, 3))
+        normal = np.cross(along, up) / 6
+        words = [*corner, *along, *up, m, n]
+        sensors = [(corner + (i + 0.5) / m * along + (j + 0.5) / n * up, normal) for j in range(n) for i in range(m)]
+    text = draw(st.sampled_from((" ", "  ", "\t", ",", ", "))).join(map(str, words))
+    return ("plane " if kind == "plane" else "") + text + draw(st.sampled_from(("", " ", " # 1"))), sensors
 
 
-def test_a_byte_order_mark_is_no_part_of_the_first_line(tmp_path):
-    assert read(tmp_path, "\ufeff1 2 3 0 0 1\n").position.tolist() == [[1, 2, 3]]
-
-
-def test_planes_are_numbered_and_points_between_them_are_not(tmp_path):
-    sensors = read(tmp_path, f"{PLANE}0 0 0 0 0 1\nplane 0 0 0  0 1 0  1 0 0  1 1\n")
-    assert sensors.plane.tolist() == [0] * 6 + [-1, 1]
-    assert sensors.normal[-1].tolist() == [0, 0, -1]
+@settings(SETTINGS, max_examples=60)
+@given(st.lists(lines(), max_size=5), st.sampled_from(("", "\ufeff")), st.sampled_from(("\n", "\r\n")))
+def test_points_and_planes_are_read_in_their_order(tmp_path_factory, rows, mark, end):
+    """Planes are numbered, points between them are not; of a plane the first edge runs fastest."""
+    rows = [*rows, ("1 2 3 0 0 1", [(np.array((1.0, 2, 3)), np.array((0, 0, 1.0)))])]
+    sensors = read(tmp_path_factory.getbasetemp(), mark + end.join(text for text, _ in rows) + end)
+    expected = [sensor for _, found in rows for sensor in found]
+    np.testing.assert_allclose(sensors.position, [position for position, _ in expected], atol=1e-12)
+    np.testing.assert_allclose(sensors.normal, [normal for _, normal in expected], atol=1e-12)
+    planes, number = [], 0
+    for text, found in rows:
+        is_plane = text.startswith("plane")
+        planes += [number if is_plane else -1] * len(found)
+        number += is_plane
+    assert sensors.plane.tolist() == planes
 
 
 @pytest.mark.parametrize(("text", "message"), [
