@@ -29,7 +29,7 @@ def windows_and_sections(draw):
     return record, section, Window(*np.array(windows).T)
 
 
-@settings(SETTINGS, max_examples=300)
+@settings(SETTINGS, max_examples=120)
 @given(windows_and_sections())
 def test_the_two_pieces_are_the_windows_rays_of_the_section(drawn):
     record, section, windows = drawn

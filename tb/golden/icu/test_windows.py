@@ -129,9 +129,8 @@ def test_a_floor_under_the_eye_reaches_the_lower_border_only():
     assert abs(int(window.row_first[0]) - 40) <= 1
 
 
-@pytest.mark.parametrize(("name", "most"), [("lobby", 1.75), ("room1627", 1.75)])
-def test_windows_are_tight(name, most):
-    scene = builtin_scene(name)
+def test_windows_are_tight():
+    scene = builtin_scene("lobby")
     random = np.random.default_rng(7)
     held = met = 0
     for _ in range(3):
@@ -141,4 +140,4 @@ def test_windows_are_tight(name, most):
         patches = PatchSetup(record, CONFIG).patches(geometry)
         held += patches.window.rays.sum()
         met += brute_hits(patches.planes, record.all_directions()).sum()
-    assert 1 <= held / met < most, "rays in windows per ray inside a patch"
+    assert 1 <= held / met < 1.75, "rays in windows per ray inside a patch"

@@ -17,7 +17,7 @@ def place(tmp_path_factory):
 
 
 @pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
-@settings(SETTINGS, max_examples=60)
+@settings(SETTINGS, max_examples=40)
 @given(file=ply_files())
 def test_vertices_corners_and_colours_are_read_whatever_their_types_and_order(place, file):
     place.write_bytes(file.data)

@@ -33,11 +33,10 @@ def test_duct(solve):
 
 
 @every_solver
-@pytest.mark.parametrize("reflectance", [0.5, 0.8])
-def test_furnace_reaches_its_temperature_everywhere(solve, reflectance):
-    solution = solve(furnace(reflectance))
+def test_furnace_reaches_its_temperature_everywhere(solve):
+    solution = solve(furnace(0.8))
     assert solution.converged
-    np.testing.assert_allclose(solution.radiosity, 1 / (1 - reflectance), rtol=1e-3)
+    np.testing.assert_allclose(solution.radiosity, 1 / (1 - 0.8), rtol=1e-3)
 
 
 @every_solver
