@@ -18,7 +18,7 @@ __all__ = ["Outcome", "Tree", "cpu_seconds"]
 # Rules of ruff that find faults; the others are about style, which a bug's condition does not have.
 _FAULTS = "F,B,E9,PLE"
 # Exit codes of pytest: all passed or none selected; failed, or stopped by errors of collection.
-_PASSED, _FAILED = (0, 5), (1, 2, 3)
+_PASSED, _FAILED, _USAGE = (0, 5), (1, 2, 3), 4
 # Seconds after which a run without any work has come to a deadlock.
 _IDLE = 240
 _TICKS = os.sysconf("SC_CLK_TCK")
@@ -97,7 +97,7 @@ class Tree:
         commands = {"lint": [sys.executable, "-m", "ruff", "check", "--quiet", "--no-cache", "--select", _FAULTS,
                              bug.path],
                     "import": [sys.executable, "-W", "error::SyntaxWarning", "-c", f"import {module}"]}
-        if bug.path.startswith("hw/") and "amaranth" in bug.text:
+        if bug.path.startswith("hw/"):
             preset = LARGE if bug.guard == "configuration" else SMALL
             commands["elaboration"] = [sys.executable, "-W", "error::SyntaxWarning", "-m", "tb.bugs.elaboration",
                                        preset]
@@ -146,6 +146,8 @@ class Tree:
         if not ended:
             running = re.findall(r"^(tb/\S+\.py::.*?)(?: (?:PASSED|FAILED|ERROR|XFAIL).*)?$", text, re.M)
             return Outcome(tuple(one.strip() for one in running[-1:]), spent, ended)
+        if process.returncode == _USAGE and "Error while loading conftest" in text:
+            return Outcome(tuple(tests[:1]), spent, ended)
         if process.returncode not in (*_PASSED, *_FAILED):
             raise InputError(f"pytest ends with {process.returncode}: {text[-2000:]}")
         failed = re.findall(r"^(tb/\S+\.py::.+?) (?:FAILED|ERROR)(?: |$)", text, re.M)
