@@ -22,6 +22,7 @@ FILES = {
     "tb/icu/test_unit.py": "from hw.icu import unit\n\n\ndef test_twice():\n    assert unit.twice(2) == 4\n",
     "tb/icu/test_pair.py": "from hw.icu.unit import twice\n\n\ndef test_pair():\n"
                            "    while twice(3) == 8:\n        pass\n",
+    "tb/bugs/elaboration.py": "import hw.icu.unit\n",
     "tb/system/test_machine.py": "def test_machine():\n    assert True\n",
     "tb/docs/test_pages.py": "from golden.sums import total\n\n\ndef test_page():\n    assert total\n",
     "Makefile": 'BLOCKS  := icu noc\ntest: lint ## fast\n\tpytest -n 2 -m "not nightly and not sim"\n\nsim: ## slow\n'
