@@ -117,7 +117,7 @@ class Campaign:
         bad = [name for name, seconds in self._clean.items() if seconds is None]
         commit = commit_marks(self._root)
         if stage == "near":
-            return near_tests(bug.path, self._root), commit, bad
+            return near_tests(bug.path, self._root), commit, [*bad, *detectors]
         if stage in ("folder", "simulators"):
             tests = [one for one in folder_tests(bug.path, self._root) if one not in detectors]
             if stage == "folder":

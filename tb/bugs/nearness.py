@@ -11,8 +11,9 @@ __all__ = ["change_detectors", "commit_marks", "folder_tests", "near_tests", "si
 _MOST = 10
 # Folders of tests that compare pages, or the wording of the sources.
 _WORDING = ("tb/docs/", "tb/sources/")
-# What reads sources, and what compares the digest of a file.
-_READS = re.compile(r"\b(source_trees|getsource|getsourcelines|hashlib|ast\.parse)\b")
+# What reads sources, and a digest that somebody has recorded.
+_READS = re.compile(r"\b(source_trees\(|getsource|ast\.parse)|['\"][0-9a-f]{32,}['\"]")
+_TEST = re.compile(r"^def (test_\w+)\(.*?(?=^\S(?!\s*$)|\Z)", re.MULTILINE | re.DOTALL)
 # Of a target of the Makefile.
 _MARKS = r'^{}:.*\n(?:\t.*\n)*?\t.*(?:pytest|PYTEST).* -m "([^"]*)"'
 
@@ -27,17 +28,20 @@ def _tests(root: Path) -> dict[str, str]:
 def change_detectors(root: Path) -> frozenset[str]:
     """Tests that fail on any change: of pages, of sources, and of what a command of the project has recorded.
 
-    A record is a JSON file in ``tb/``; a test reads it if it names it, or imports a module of ``tb/`` that does.
+    A record is a JSON file in ``tb/``; a test reads it if it names it, or imports a module of ``tb/`` that does. Of
+    other files single tests count that read sources or have a digest.
     """
     records = [path.name for path in (root / "tb").rglob("*.json")]
     readers = {path.relative_to(root).as_posix()[:-3].replace("/", ".") for path in (root / "tb").rglob("*.py")
                if any(f'"{name}"' in path.read_text() for name in records)}
-
-    def detects(path, text):
-        return path.startswith(_WORDING) or path[:-3].replace("/", ".") in readers or _READS.search(text) or any(
-            re.search(rf"(from|import) {re.escape(module)}\b", text) for module in readers)
-
-    return frozenset(path for path, text in _tests(root).items() if detects(path, text))
+    found = set()
+    for path, text in _tests(root).items():
+        if path.startswith(_WORDING) or path[:-3].replace("/", ".") in readers or any(
+                re.search(rf"(from|import) {re.escape(module)}\b", text) for module in readers):
+            found.add(path)
+        else:
+            found |= {f"{path}::{test[1]}" for test in _TEST.finditer(text) if _READS.search(test[0])}
+    return frozenset(found)
 
 
 def near_tests(path: str, root: Path) -> list[str]:

@@ -25,6 +25,8 @@ FILES = {
     "tb/bugs/elaboration.py": "import hw.icu.unit\n",
     "tb/system/test_machine.py": "def test_machine():\n    assert True\n",
     "tb/docs/test_pages.py": "from golden.sums import total\n\n\ndef test_page():\n    assert total\n",
+    "tb/system/test_texts.py": "import ast\n\n\ndef test_names():\n    assert ast.parse('')\n\n\n"
+                               "def test_one():\n    assert 1\n",
     "Makefile": 'BLOCKS  := icu noc\ntest: lint ## fast\n\tpytest -n 2 -m "not nightly and not sim"\n\nsim: ## slow\n'
                 '\t@echo sim\n\tpytest -n 2 -m "not nightly" $(BENCHES)\n',
     "pytest.ini": "[pytest]\nmarkers =\n    nightly\n    sim\n"}
@@ -67,7 +69,8 @@ def test_a_digest_is_of_one_bug_of_one_function(root, tmp_path):
 
 
 def test_tests_near_a_file(root):
-    assert change_detectors(root) == {"tb/golden/test_record.py", "tb/docs/test_pages.py"}
+    assert change_detectors(root) == {"tb/golden/test_record.py", "tb/docs/test_pages.py",
+                                      "tb/system/test_texts.py::test_names"}
     assert near_tests("golden/sums.py", root) == ["tb/golden/test_sums.py"]
     assert near_tests("hw/icu/unit.py", root) == ["tb/icu/test_unit.py", "tb/icu/test_pair.py"]
     assert folder_tests("hw/icu/unit.py", root) == folder_tests("hw/icu/parts/a.py", root) == ["tb/icu"]
