@@ -154,12 +154,6 @@ def test_faces_over_an_edge_below_the_crease_are_smooth(tmp_path):
     assert len(set(scene.surface)) == 25
 
 
-def test_a_face_that_is_there_twice_counts_once_and_back_to_back_ones_are_two_sided(tmp_path):
-    faces = [(0, 1, 2, 3), (1, 2, 3, 0), (3, 2, 1, 0)]
-    scene = load_scene(write(tmp_path, "a.obj", obj(BOX, faces)))
-    assert len(scene) == 1
-
-
 MTL = """newmtl wall
 Kd 0.2 0.4 0.6
 Ks 0.5 0.5 0.5

@@ -1,0 +1,75 @@
+"""Faces of a file as patches: doubled, facing either way, of one- and two-sided materials, whole or in halves."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from golden.scene.material import Material
+from golden.scene.mesh import Mesh, mesh_scene
+from tb.lib.schedules import SETTINGS
+
+# The corners of a square, by which its faces go, and a point within each.
+QUAD = {"quad": ((0, 1, 2, 3), [(0.3, 0.2)])}
+HALVES = {"lower": ((0, 1, 2), [(0.7, 0.2)]), "upper": ((0, 2, 3), [(0.3, 0.8)])}
+
+
+@st.composite
+def faces(draw):
+    """Of squares apart from one another: number, corners, material, and the point; the last corner stays the last."""
+    found = []
+    for square in range(draw(st.integers(1, 3))):
+        pieces = draw(st.sampled_from((QUAD, HALVES)))
+        for _ in range(draw(st.integers(1, 5))):
+            corners, (point,) = pieces[draw(st.sampled_from(sorted(pieces)))]
+            front = draw(st.booleans())
+            if not front:
+                corners = (*corners[-2::-1], corners[-1])
+            found.append((square, corners, draw(st.integers(0, 1)), point, front))
+    return draw(st.permutations(found))
+
+
+def holds(patch, point):
+    """Whether a convex patch in the plane z = 0 has a point inside, however it is wound."""
+    sides = np.roll(patch, -1, axis=0) - patch
+    sides, away = sides[np.abs(sides).any(axis=1)], (point - patch)[np.abs(sides).any(axis=1)]
+    winding = sides[:, 0] * away[:, 1] - sides[:, 1] * away[:, 0]
+    return (winding > 0).all() or (winding < 0).all()
+
+
+@settings(SETTINGS, max_examples=100)
+@given(faces())
+def test_the_first_of_doubled_faces_counts_and_is_two_sided_if_one_faces_the_other_way(given):
+    """Halves of a square become one patch only if they have one material and one kind of sides, and face one way."""
+    square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
+    points = np.concatenate([square + np.array((2 * number, 0, 0)) for number in range(3)])
+    mesh = Mesh(points=points, counts=np.array([len(corners) for _, corners, *_ in given]),
+                corners=np.array([4 * number + corner for number, corners, *_ in given for corner in corners]),
+                material=np.array([material for _, _, material, *_ in given]), one_sided=np.array([False, True]),
+                materials=(Material(name="sheet", diffuse=(0.5,) * 3), Material(name="front", diffuse=(0.2,) * 3)))
+    scene = mesh_scene(mesh, name="drawn", where="a.obj")
+    expected, area = {}, {}
+    for number, corners, material, (x, y), front in given:
+        area[2 * number + x, y] = (len(corners) - 2) / 2
+        first = expected.setdefault((2 * number + x, y), [material, front, material == 0])
+        first[2] |= front != first[1]
+    for point, (material, front, two_sided) in expected.items():
+        (patch,) = [patch for patch in range(len(scene)) if holds(scene.vertices[patch, :, :2], point)]
+        assert scene.materials[scene.material[patch]] == mesh.materials[material]
+        assert bool(scene.two_sided[patch]) == two_sided
+        assert (scene.normals[patch, 2] > 0) == front
+    assert len(scene) <= len(expected)
+    assert scene.areas.sum() == sum(area.values())
+
+
+def test_triangles_of_a_glass_body_are_turned_outwards():
+    """Of a tetrahedron, whichever way all of them are wound."""
+    corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], dtype=float)
+    glass = Material(name="glass", transparent=(1.0, 1, 1), refraction_index=1.5)
+    for turned in ([], [0, 1, 2, 3]):
+        picks = [face[::-1] if number in turned else face
+                 for number, face in enumerate(((0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)))]
+        scene = mesh_scene(Mesh(points=corners, counts=np.full(4, 3), corners=np.array(picks).ravel(),
+                                material=np.zeros(4, dtype=int), materials=(glass,), one_sided=np.array([True])),
+                           name="body", where="a.obj")
+        assert scene.is_triangle.all()
+        assert (np.einsum("ij,ij->i", scene.normals, scene.vertices[:, :3].mean(axis=1)) > 0).all()
