@@ -5,7 +5,6 @@ from golden.icu.section_clip import section_clip
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from golden.stimulus.icu.section_clip import draw_windows
 from hw.icu.section_clip import SectionClip
-from tb.golden.icu.test_section_clip import SECTIONS
 from tb.icu.frustum_load import frustum_payload
 from tb.icu.vectors import LIMITS, assert_all_occur, largest, section_window_of, slot_of, window_of
 from tb.lib.bench import Bench, Case, Vectors
@@ -13,6 +12,8 @@ from tb.lib.configurations import config_of
 
 COUNT = 200
 FRUSTA = (random_hemisphere, random_screen)
+# First column, its end, first row, its end; None is the frustum's.
+SECTIONS = [(0, None, 0, None), (0, 20, 3, 9), (7, None, 0, 5), (13, 14, 4, 5), (11, 43, 2, None)]
 
 
 def clipped(frustum, bounds, config):
