@@ -11,16 +11,16 @@ from hw.engine import CLUSTER
 from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
 from hw.simulator.machine_verilog import cluster_verilog, export_beside, top_verilog
 from hw.simulator.traced_verilog import traced_verilog
-from hw.simulator.verilator import check_tools, verilator_package, verilator_version
+from hw.simulator.verilator import OPTIMIZATION, check_tools, verilator_package, verilator_version
 
 __all__ = ["HARNESS", "machine_library"]
 
 # What drives the pins of the engine: main memory and host, in C++.
 HARNESS = Path(__file__).with_name("machine.cpp")
-_FLAGS = ("-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert", "--output-groups", "6")
+_FLAGS = ("-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert")
 _TRACE = "--trace-vcd"
-# What runs once is not worth the compiler's time.
-_MAKE = ("make", "-j2", "VM_PARALLEL_BUILDS=1", "OPT_FAST=-O1", "OPT_SLOW=-O0", "OPT_GLOBAL=-O1")
+# One unit for each module: reading the headers again for each file takes longer than to compile them.
+_MAKE = ("make", "-j2", "VM_PARALLEL_BUILDS=0", f"OPT_FAST={OPTIMIZATION}", "OPT_GLOBAL=-O1")
 # Seconds on two idle cores, for machines of several clusters with preset paper.
 _STAGES = {"export Verilog": 7.0, "run Verilator": 14.0, "compile": 18.0}
 _LIBRARY, _LOG = "machine.so", "build.log"
@@ -88,10 +88,11 @@ class _Build:
         (self._work / "top.v").write_text(top)
         (self._work / "cluster.v").write_text(cluster)
         # One cluster is faster as a part of the whole. Several share one compiled module.
-        archives = []
+        objects = []
         if self._config.noc.nodes > 1:
-            archives.append(f"V{CLUSTER}/lib{CLUSTER}.a")
-            self._build_around_cluster(cluster, archives[0])
+            # The model and what connects it, without Verilator's runtime, which the rest has.
+            objects += [f"V{CLUSTER}/V{CLUSTER}__ALL.o", f"V{CLUSTER}/{CLUSTER}.o"]
+            self._build_around_cluster(cluster, objects)
         else:
             with self._progress.stage("run Verilator"):
                 self._verilate("top", "top.v", "cluster.v")
@@ -100,11 +101,11 @@ class _Build:
         include = self._root / "include"
         self._call("g++", "-shared", "-fPIC", "-I.", f"-I{include}", f"-I{include / 'vltstd'}", "-faligned-new", "-O2",
                    f"-DBEAT_BYTES={self._config.memory.beat_bytes}", f"-DVM_TRACE={int(self._traced)}",
-                   str(HARNESS.resolve()), "-o", "part.so", "libVtop.a", *archives, "libverilated.a", "-pthread")
+                   str(HARNESS.resolve()), "-o", "part.so", "libVtop.a", *objects, "libverilated.a", "-pthread")
         (self._work / "part.so").rename(self._folder / _LIBRARY)
 
-    def _build_around_cluster(self, cluster, archive):
-        """The module of the clusters as a library, compiled while Verilator runs on the rest; kept for other machines
+    def _build_around_cluster(self, cluster, objects):
+        """The module of the clusters as objects, compiled while Verilator runs on the rest; kept for other machines
         with the same clusters.
         """
         wrapper = f"V{CLUSTER}/{CLUSTER}.sv"
@@ -114,13 +115,14 @@ class _Build:
             compiler = None
             with self._progress.stage("run Verilator"):
                 if kept.exists():
-                    for name in archive, wrapper:
+                    for name in (*objects, wrapper):
                         (self._work / name).parent.mkdir(exist_ok=True)
                         shutil.copyfile(kept / Path(name).name, self._work / name)
                     os.utime(kept)
                 else:
                     self._verilate(CLUSTER, "cluster.v", "--lib-create", CLUSTER, folder=f"V{CLUSTER}")
-                    compiler = self._start(*_MAKE, "-C", f"V{CLUSTER}", "-f", f"V{CLUSTER}.mk", Path(archive).name)
+                    compiler = self._start(*_MAKE, "-C", f"V{CLUSTER}", "-f", f"V{CLUSTER}.mk",
+                                           *(Path(name).name for name in objects))
                 self._verilate("top", "top.v", wrapper)
             with self._progress.stage("compile"):
                 self._make("top")
@@ -129,7 +131,7 @@ class _Build:
                     part = kept.with_suffix(".part")
                     shutil.rmtree(part, ignore_errors=True)
                     part.mkdir()
-                    for name in archive, wrapper:
+                    for name in (*objects, wrapper):
                         shutil.copyfile(self._work / name, part / Path(name).name)
                     part.rename(kept)
                     keep_newest(kept.parent, built=kept)

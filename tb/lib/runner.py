@@ -19,8 +19,8 @@ from cocotb_tools.check_results import get_results
 from cocotb_tools.runner import Runner, Verilator, get_runner
 
 from hw.export import verilog_of
-from hw.simulator.build_folder import content_key, keep_newest, locked, temporary_folder
-from hw.simulator.verilator import verilator_package, verilator_version
+from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
+from hw.simulator.verilator import OPTIMIZATION, verilator_package, verilator_version
 from tb.lib.seed import SEED
 
 __all__ = ["BUILD", "SIMULATORS", "Run", "Simulation", "options", "recorded", "simulate", "tools"]
@@ -36,10 +36,10 @@ _FLAGS = {
     # Under later versions of the language what is constant at time 0 never gets a value.
     "icarus": ["-g2005"],
 }
-# Testbenches are short: the compiler takes longer to optimize a simulator than the optimized one saves. A precompiled
-# header saves little with few files, and the compiler crashes over that of large memories.
-_MAKE = ("-j2 -- OPT_FAST=-O1 OPT_SLOW=-O0 OPT_GLOBAL=-O1 CFG_CXXFLAGS_PCH=-fsyntax-only "
-         "VK_PCH_I_FAST=-includeVtop__pch.h VK_PCH_I_SLOW=-includeVtop__pch.h")
+# Testbenches are short: a precompiled header saves little with few files, and the compiler crashes over that of large
+# memories.
+_MAKE = ("-j2 -- OPT_FAST=" + OPTIMIZATION.replace(" ", r"\ ") + " OPT_SLOW=-O0 OPT_GLOBAL=-O1 "
+         "CFG_CXXFLAGS_PCH=-fsyntax-only VK_PCH_I_FAST=-includeVtop__pch.h VK_PCH_I_SLOW=-includeVtop__pch.h")
 # What a run needs of a build.
 _PROGRAM = {"verilator": "top", "icarus": "sim.vvp"}
 # For `pytest.mark.parametrize`. Verilator takes longer to build a block than to simulate it, Icarus does not.
@@ -51,14 +51,40 @@ def options() -> dict:
     return json.loads(os.environ["BENCH_OPTIONS"]) | {"seed": int(os.environ["BENCH_SEED"])}
 
 
-class _PortsOnly(Verilator):
+class _SharedRuntime(Verilator):
+    """Verilator, whose runtime is compiled once for all designs: it takes longer than most of them."""
+
+    def _build_command(self):
+        verilate, make = super()._build_command()
+        # Newer than the makefile, on which they depend.
+        kept = sorted(self._runtime().glob("*.o"))
+        return [verilate, *([["cp", *map(str, kept), str(self.build_dir)]] if kept else []), make]
+
+    def _runtime(self):
+        return build_folder() / "runtime" / content_key(_version("verilator"), _MAKE, self.waves)
+
+    def keep_runtime(self):
+        """Keep the runtime of a build for others."""
+        kept = self._runtime()
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        with locked(kept):
+            if not kept.exists():
+                part = kept.with_suffix(".part")
+                shutil.rmtree(part, ignore_errors=True)
+                part.mkdir()
+                for path in Path(self.build_dir).glob("verilated*.o"):
+                    shutil.copyfile(path, part / path.name)
+                part.rename(kept)
+
+
+class _PortsOnly(_SharedRuntime):
     """Verilator without public access to all signals: large designs build in a fraction of the time and run faster,
     because private signals can be merged into few files.
     """
 
     def _build_command(self):
-        verilate, make = super()._build_command()
-        return [[*(word for word in verilate if word != "--public-flat-rw"), "-O3"], make]
+        verilate, *rest = super()._build_command()
+        return [[*(word for word in verilate if word != "--public-flat-rw"), "-O3"], *rest]
 
 
 def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: str = "verilator", name: str = "",
@@ -202,7 +228,8 @@ class Simulation:
     @contextlib.contextmanager
     def _built(self) -> Iterator[Runner]:
         """The runner, with a build that stays until the run ends."""
-        runner = _PortsOnly() if self._visible and self._simulator == "verilator" else get_runner(self._simulator)
+        runner = get_runner("icarus") if self._simulator == "icarus" else (
+            _PortsOnly if self._visible else _SharedRuntime)()
         program = self._folder / _PROGRAM[self._simulator]
         while True:
             with locked(self._folder):
@@ -232,6 +259,7 @@ class Simulation:
                 runner.build(sources=sources, hdl_toplevel="top", build_dir=folder, always=True, waves=self._waves,
                              timescale=("1ns", "1ps"), build_args=_FLAGS[self._simulator], log_file=folder / log)
             if self._simulator == "verilator":
+                runner.keep_runtime()
                 subprocess.run(["strip", program], cwd=folder, check=False)
             made = folder / "made"
             made.mkdir()

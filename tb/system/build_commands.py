@@ -15,7 +15,9 @@ def write_made(words: list[str], folder: Path) -> None:
     """
     if "-C" in words:
         folder /= words[words.index("-C") + 1]
-    made = words[words.index("-o") + 1:][:1] if "-o" in words else [word for word in words if word.endswith(".a")]
+    made = [word for word in words if word.endswith((".a", ".o"))]
+    if "-o" in words:
+        made = [words[words.index("-o") + 1]]
     if "--lib-create" in words:
         made = [f"{words[words.index('--Mdir') + 1]}/{words[words.index('--lib-create') + 1]}.sv"]
     for name in made:

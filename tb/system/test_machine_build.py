@@ -16,8 +16,7 @@ from tb.system.build_commands import write_made
 
 ONE = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
 TWO = PRESETS["tiny"].replace({"noc.columns": 2, "noc.rows": 1})
-FLAGS = ["-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert", "--output-groups", "6"]
-MAKE = ["make", "-j2", "VM_PARALLEL_BUILDS=1", "OPT_FAST=-O1", "OPT_SLOW=-O0", "OPT_GLOBAL=-O1"]
+FLAGS, MAKE = list(module._FLAGS), list(module._MAKE)
 
 
 @pytest.fixture
@@ -66,9 +65,10 @@ def test_several_clusters_share_a_module(commands):
     name = module.CLUSTER
     assert commands == [
         verilate(name, "cluster.v", "--lib-create", name, folder=f"V{name}"),
-        [*MAKE, "-C", f"V{name}", "-f", f"V{name}.mk", f"lib{name}.a"], verilate("top", "top.v", f"V{name}/{name}.sv"),
+        [*MAKE, "-C", f"V{name}", "-f", f"V{name}.mk", f"V{name}__ALL.o", f"{name}.o"],
+        verilate("top", "top.v", f"V{name}/{name}.sv"),
         [*MAKE, "-f", "Vtop.mk", "libVtop.a", "libverilated.a"],
-        link(f"V{name}/lib{name}.a", beat=TWO.memory.beat_bytes)]
+        link(f"V{name}/V{name}__ALL.o", f"V{name}/{name}.o", beat=TWO.memory.beat_bytes)]
 
 
 def test_waveforms_are_built_in_and_texts_are_marked(commands, tmp_path):
