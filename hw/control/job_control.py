@@ -7,7 +7,6 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from golden.control.job_control import COMMANDS, COPIES
 from golden.jobs.completion import NO_CLUSTER
 from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import IN_FLIGHT, JobFormats
@@ -21,6 +20,12 @@ from hw.registers.error_code import NETWORK, ErrorCode
 
 __all__ = ["JobControl"]
 
+# From bit 0 of the register on; the last one is no command, but says what a resume loads.
+*_COMMANDS, _ = (field.name for field in register("command").fields)
+_COPIES = len(_COMMANDS)
+# From bit 0 of the register on; the last one is no command, but says what a resume loads.
+*_COMMANDS, _ = (field.name for field in register("command").fields)
+_COPIES = len(_COMMANDS)
 _INDEX_BITS = IN_FLIGHT.bit_length()
 _COUNT_BITS = 32
 
@@ -127,8 +132,6 @@ class JobControl(wiring.Component):
     ------
     Latency: ``1`` cycle from a stop to the reset, at least 2 from a resume to its load. A cluster's fault takes 2 to
     ``nodes + 1`` cycles to the reset. One record, one load in flight; a cluster has at most 3 sections.
-
-    Golden counterpart: `golden.control.job_control.JobControl`.
     """
 
     latency = 1
@@ -164,7 +167,7 @@ class JobControl(wiring.Component):
         self._state = {name: Signal(name=f"is_{name}", init=name == "run") for name in (
             "run", "drain", "stop", "abort", "halted")}
         self._live, self._resets = Signal(), Signal()
-        self._commands = {name: Signal(name=f"command_{name}") for name in COMMANDS}
+        self._commands = {name: Signal(name=f"command_{name}") for name in _COMMANDS}
         self._resuming, self._copies, self._is_halted = Signal(), Signal(), Signal()
         command, before = self.i_command, 0
         for k, bit in enumerate(self._commands.values()):
@@ -339,7 +342,7 @@ class JobControl(wiring.Component):
             entry.eq(self.taken & ((1 << self.kept.ring_bits) - 1)),
             self._resets.eq(self._commands["stop"] | self._late | self._load_late | fails
                             | (self._fault.code != ErrorCode.NONE) | (self._network != NetworkFault.NONE))]
-        wrong = (resumes & ~self.retry) | (self.i_command.valid & ~self.i_command.payload[:len(COMMANDS)].any())
+        wrong = (resumes & ~self.retry) | (self.i_command.valid & ~self.i_command.payload[:len(_COMMANDS)].any())
         with m.If(self._commands["clear"]):
             m.d.sync += error.as_value().eq(0)
 
@@ -397,7 +400,7 @@ class JobControl(wiring.Component):
         for name, value in following.items():
             m.d.sync += state[name].eq(Mux(stops, name == "stop", value))
         with m.If(self.retry):
-            m.d.sync += [self._resuming.eq(1), self._copies.eq(self.i_command.payload[COPIES])]
+            m.d.sync += [self._resuming.eq(1), self._copies.eq(self.i_command.payload[_COPIES])]
         with m.Elif(state["stop"] | (self._over & self._load["resumes"])):
             m.d.sync += self._resuming.eq(0)
 

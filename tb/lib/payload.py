@@ -1,9 +1,22 @@
 """Payloads of streams as integers, by their Amaranth layout."""
 
+import functools
+
 from amaranth.hdl import Shape
-from amaranth.lib.data import ArrayLayout, StructLayout
+from amaranth.lib.data import ArrayLayout, Layout, StructLayout
 
 __all__ = ["mask_of", "pack", "unpack"]
+
+
+@functools.cache
+def _cast_once(shape):
+    """Amaranth casts all members of an enumeration each time."""
+    return Shape.cast(shape)
+
+
+def _cast(shape):
+    # Layouts cannot be hashed.
+    return Shape.cast(shape) if isinstance(shape, Layout) else _cast_once(shape)
 
 
 def pack(shape, value) -> int:
@@ -22,9 +35,9 @@ def pack(shape, value) -> int:
             raise KeyError(f"there is no {', '.join(sorted(set(value) - set(known)))} in {', '.join(known)}")
         return sum(pack(known[name].shape, part) << known[name].offset for name, part in value.items())
     if isinstance(shape, ArrayLayout):
-        width = Shape.cast(shape.elem_shape).width
+        width = _cast(shape.elem_shape).width
         return sum(pack(shape.elem_shape, part) << k * width for k, part in enumerate(value))
-    return int(value) & (1 << Shape.cast(shape).width) - 1
+    return int(value) & (1 << _cast(shape).width) - 1
 
 
 def mask_of(shape, value) -> int:
@@ -48,8 +61,8 @@ def unpack(shape, bits: int):
     if isinstance(shape, StructLayout):
         return {name: unpack(field.shape, bits >> field.offset) for name, field in shape}
     if isinstance(shape, ArrayLayout):
-        width = Shape.cast(shape.elem_shape).width
+        width = _cast(shape.elem_shape).width
         return [unpack(shape.elem_shape, bits >> k * width) for k in range(shape.length)]
-    cast = Shape.cast(shape)
+    cast = _cast(shape)
     bits &= (1 << cast.width) - 1
     return bits - (1 << cast.width) if cast.signed and bits >> cast.width - 1 else bits
