@@ -30,12 +30,10 @@ class Connections:
     -------
     dut, units
         The component, and its units by name, the last one of several.
-    instances
-        All units of a name, in the order in which they are made.
     """
 
     def __init__(self, module, names, make):
-        self.units, self.instances, self._bench = {}, {}, None
+        self.units, self._bench = {}, None
         with pytest.MonkeyPatch.context() as patch:
             for name in names:
                 patch.setattr(module, name, self._replaced(name, getattr(module, name)))
@@ -48,7 +46,6 @@ class Connections:
         def make(*given, **named):
             # Of the real unit nothing else is used.
             unit = self.units[name] = IdleUnit(real(*given, **named).signature)
-            self.instances.setdefault(name, []).append(unit)
             return unit
 
         return make
