@@ -230,6 +230,7 @@ def test_at_a_memory_of_others(simulator, bits):
              name=f"bus_at_memory-{bits}-{simulator}", changes=changes)
 
 
+@pytest.mark.icarus
 @pytest.mark.nightly
 def test_faults_of_the_bus():
     changes = {**SMALL, "memory.timeout_bits": 7}

@@ -201,7 +201,7 @@ def run(name, rounds, simulator, **changes):
 
 
 def test_bus_faults():
-    run("bus_faults", 1, "icarus")
+    run("bus_faults", 1, "verilator")
 
 
 @pytest.mark.nightly

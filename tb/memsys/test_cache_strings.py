@@ -17,8 +17,9 @@ def strings(name, hemisphere, cell, most):
     return {what: string[:most] for what, string in cast.joined().items()}
 
 
+@pytest.mark.sim
 def test_a_few_castings():
-    came = replay(strings("lobby", Hemisphere(64, 16), 0.125, 250), POLICIES, lines=16, simulator="icarus")
+    came = replay(strings("lobby", Hemisphere(64, 16), 0.125, 250), POLICIES, lines=16, simulator="verilator")
     for what, by_policy in came.items():
         assert set(by_policy) == set(POLICIES), what
         # Else nothing would have distinguished the policies.

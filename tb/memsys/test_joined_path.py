@@ -124,17 +124,20 @@ def run(name, cases, *, made=("cornell", 0.25), changes=None, shares=(1.0, 0.4),
              policies=policies, cycles=cycles)
 
 
+@pytest.mark.icarus
 @pytest.mark.nightly
 def test_a_frustum_of_two_clusters():
     run("two", ("whole_frusta",), shares=(1.0,))
 
 
+@pytest.mark.icarus
 @pytest.mark.nightly
 def test_stalls_and_resets():
     run("stalls", ("whole_frusta", "every_pair_of_stalls", "reset_in_flight"),
         policies=[policy.name for policy in CachePolicy], cycles=200_000)
 
 
+@pytest.mark.icarus
 @pytest.mark.nightly
 @pytest.mark.parametrize("name", VARIANTS)
 def test_four_clusters(name):

@@ -484,6 +484,8 @@ def sizes(name, *marks, **changes):
                         marks=marks)
 
 
+@pytest.mark.icarus
+@pytest.mark.sim
 @pytest.mark.parametrize(("name", "changes"), [
     sizes("wide", data_bits=512),
     *(sizes(f"wide-{bits}", pytest.mark.nightly, data_bits=bits) for bits in (128, 256)),

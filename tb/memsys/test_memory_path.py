@@ -202,34 +202,36 @@ def run(name, scene_name, cell, changes, simulator, cases=CASES + LONG, policies
              kept=changes.get("memsys.store_patches", 0))
 
 
-def test_frusta_and_faults():
-    run("cornell", "cornell", 0.25, SMALL, "icarus", CASES, ["LRU"])
-
-
-def test_patch_stores():
-    run("stores", "cornell", 0.25, EXACT, "icarus", ("store_counts", "what_is_malformed", "one_kept_vertex_per_cycle"))
-
-
-@pytest.mark.nightly
-def test_patch_stores_with_lists_of_the_bus():
-    run("stores_bus", "cornell", 0.25, STORE, "icarus", (*CASES, *LONG), ["LRU"])
-
-
-@pytest.mark.nightly
-def test_patch_stores_under_stall_patterns():
-    run("stores_exact", "cornell", 0.25, EXACT, "icarus", LONG)
-
-
-@pytest.mark.nightly
-def test_all_policies_and_stall_patterns():
-    run("cornell", "cornell", 0.25, SMALL, "icarus")
-
-
 @pytest.mark.sim
 def test_in_verilator():
     run("cornell", "cornell", 0.25, SMALL, "verilator")
 
 
+@pytest.mark.icarus
+@pytest.mark.sim
+def test_patch_stores():
+    run("stores", "cornell", 0.25, EXACT, "icarus", ("store_counts", "what_is_malformed", "one_kept_vertex_per_cycle"))
+
+
+@pytest.mark.icarus
+@pytest.mark.nightly
+def test_patch_stores_with_lists_of_the_bus():
+    run("stores_bus", "cornell", 0.25, STORE, "icarus", (*CASES, *LONG), ["LRU"])
+
+
+@pytest.mark.icarus
+@pytest.mark.nightly
+def test_patch_stores_under_stall_patterns():
+    run("stores_exact", "cornell", 0.25, EXACT, "icarus", LONG)
+
+
+@pytest.mark.icarus
+@pytest.mark.nightly
+def test_all_policies_and_stall_patterns():
+    run("cornell", "cornell", 0.25, SMALL, "icarus")
+
+
+@pytest.mark.icarus
 @pytest.mark.nightly
 def test_a_larger_scene():
     run("lobby", "lobby", 0.125, SMALL, "icarus", ("whole_frusta",), cycles=300_000)

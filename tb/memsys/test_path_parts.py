@@ -34,7 +34,9 @@ def patch(number):
 MERGE = ScheduleBench(VertexMerge(config=CONFIG, count=3, patches=2), [f"i__{k}" for k in range(3)], ["o"])
 PATCHES = ScheduleBench(PatchMerge(config=CONFIG, count=3), [f"i__{k}" for k in range(3)], ["o"])
 GAP = st.sampled_from((0, 0, 0, 1, 3))
-SOURCES = {f"i__{k}": st.lists(st.lists(GAP, min_size=4, max_size=4), max_size=4) for k in range(3)}
+# A source may be silent between its patches for longer than those of all others take.
+PATCH_GAPS = st.tuples(st.sampled_from((0, 0, 3, 20)), GAP, GAP, GAP)
+SOURCES = {f"i__{k}": st.lists(PATCH_GAPS, max_size=4) for k in range(3)}
 
 
 @pytest.mark.parametrize("bench", [MERGE, PATCHES], ids=["VertexMerge", "PatchMerge"])
@@ -49,6 +51,17 @@ def test_patches_stay_whole_and_in_the_order_of_their_source(bench, gaps, stalls
     for k in range(3):
         assert [group[0]["patch"] for group in four if group[0]["patch"] // 16 == k] == [
             16 * k + number for number in range(len(gaps[f"i__{k}"]))]
+
+
+@pytest.mark.parametrize("bench", [MERGE, PATCHES], ids=["VertexMerge", "PatchMerge"])
+@pytest.mark.parametrize("first", range(3))
+def test_a_source_that_has_ended_holds_up_no_other(bench, first):
+    """The others come when it has nothing more."""
+    items = {f"i__{k}": [(20 * (k != first and index == 0), one) for index, one in enumerate(patch(k))]
+             for k in range(3)}
+    came = bench.run(Schedule(items=items, stalls={"o": []}))["o"]
+    assert sorted(one["patch"] for one in came[::4]) == [0, 1, 2]
+    assert came[0]["patch"] == first
 
 
 def test_one_vertex_per_cycle_of_all_sources_and_the_longest_waiting_first():

@@ -445,6 +445,7 @@ def test_preload_dma(image, simulator):
     run(f"preload_dma-{simulator}", image, {}, simulator, QUICK if simulator == "icarus" else ALL)
 
 
+@pytest.mark.icarus
 @pytest.mark.nightly
 @pytest.mark.parametrize("bits", [128, 256, 512])
 def test_wide_beats(image, bits):

@@ -232,6 +232,7 @@ def test_results(simulator):
     run(simulator, {})
 
 
+@pytest.mark.icarus
 @pytest.mark.nightly
 @pytest.mark.parametrize("bits", [128, 256, 512])
 def test_wide_beats(bits):

@@ -41,7 +41,7 @@ def bus_requests(requests):
 
 class TestSystemBusInterface(Bench):
     component, changes, formula, idle_limit = SystemBusInterface, CHANGES, {}, 60
-    simulators = (pytest.param("icarus", marks=pytest.mark.nightly),)
+    simulators = (pytest.param("icarus", marks=[pytest.mark.icarus, pytest.mark.nightly]),)
     cases = {policy.name: Case(lambda config, policy=policy: vectors(policy, 90, seed=9), timed=False)
              for policy in CachePolicy} | {
         "errors": Case(lambda config: vectors(CachePolicy.LRU, 90, seed=9, fails=True), timed=False)}
