@@ -11,7 +11,11 @@ from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
 from golden.jobs.load_regions import LOADED_REGIONS, PHASE, SCENE, region_bits
 from golden.memory_map import ALIGNMENT, MAGIC, REGIONS, MemoryImage, from_bytes, phase_image
+from golden.memsys.cell_table import CellTable
+from golden.scene.builtin import builtin_scene
+from golden.scene.halve import halved
 from golden.scene.open import open_scene
+from golden.scene.patch_geometry import PatchGeometry
 from golden.schedule.phase import schedule
 from tb.golden.schedule.scenes import CONFIG, case
 
@@ -105,6 +109,17 @@ def test_the_clusters_share_a_scene_larger_than_the_memory_of_each(scene, hemisp
     for number in range(clusters):
         assert image.residents(number).tolist() == list(range(number, held, clusters))
     assert image["clusters"]["residents"].max() <= capacity
+
+
+@pytest.mark.parametrize(("patches", "everywhere"), [(256, True), (257, False)])
+def test_a_scene_of_just_the_memory_of_each_cluster_is_held_by_all(patches, everywhere):
+    scene = halved(builtin_scene("lobby"), patches)
+    geometry = PatchGeometry.of(scene, CONFIG.numbers)
+    table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(1 / 8))
+    record = hemisphere_record(RAYS, geometry.coordinates, scene.bounds.mean(axis=0), (0, 0, -1))
+    image = phase_image([record], geometry, table, CONFIG.replace({"memsys.own_patches": 256}))
+    assert (image["residence"]["cluster"] == -2).all() == everywhere
+    assert image["clusters"]["residents"].tolist() == ([256, 0, 0, 0] if everywhere else [65, 64, 64, 64])
 
 
 def test_a_schedule_gives_each_cluster_its_own_residents_and_subshells(scene, hemispheres):

@@ -36,6 +36,16 @@ def test_a_receiver_is_cut_at_the_edges_of_the_light():
         assert 4 * np.diff(knots).max() <= 0.75 + 1e-9
 
 
+def test_the_nearest_part_of_a_tilted_light_decides():
+    """Of four points along the slope the lowest is an eighth above its lower end; its light leaves along the normal."""
+    scene = scene_of((CEILING, WALL), (rectangle((1, 1.5, 0.1), (0, 1, 0), (1, 0, 0.2)), LAMP, {"two_sided": True}))
+    knots = near_knots(scene, NearPairs(scene, Grid(scene)), refine(scene, max_edge=0.5).cuts)
+    nearest = (0.1 + 0.2 / 8) * np.sqrt(1 + 0.2**2)
+    for own, edges in zip(knots[0], ((1, 2), (1.5, 2.5)), strict=True):
+        for edge in edges:
+            assert np.sort(np.abs(4 * own - edge))[:2] == pytest.approx([0, nearest / 2], abs=1e-12)
+
+
 def test_a_light_that_reflects_is_cut_beside_its_own_edges():
     along, up = knots_of(0.01)[1]
     for knots in (along, up):

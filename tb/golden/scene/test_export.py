@@ -26,6 +26,8 @@ MATERIALS = [
     Material(name="clear glass", transparent=(0.5, 0.9, 0.9), refraction_index=1.52),
     Material(name="film", diffuse=(0.2, 0.2, 0.1), transparent=(0.5, 0.25, 0.5), refraction_index=1.0),
     Material(name="lamp # 1", diffuse=(0.5, 0.5, 0.5), emission=(17.0, 12.0, 0.25)),
+    Material(name="lamp", emission=(2.0, 1.5, 0.25)),
+    Material(name="dim", emission=(0.5, 0.25, 0.0)),
     Material(name="glossy", diffuse=(0.7, 0.1, 0.1), specular=(0.2, 0.3, 0.25)),
     Material(name="black"),
 ]

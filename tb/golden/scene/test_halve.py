@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 from golden.errors import InputError
 from golden.scene.builtin import builtin_scene
 from golden.scene.halve import MOST_PATCHES, halved
+from tb.golden.light.drawn_scenes import unequal_scenes
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.lib.schedules import SETTINGS
 
 
 @pytest.mark.parametrize("patches", [20, 21, 100, 333])
@@ -28,6 +31,27 @@ def test_the_largest_patch_is_cut_across_its_longest_side():
     assert found.vertices[0].tolist() == [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]
     assert found.vertices[3].tolist() == [[0, 1.5, 1], [1, 1.5, 1], [1, 3, 1], [0, 3, 1]]
     assert found.surface.tolist() == [0, 0, 1, 1]
+
+
+@settings(SETTINGS, max_examples=60)
+@given(unequal_scenes())
+def test_quads_are_cut_across_their_longer_pair_of_sides_and_triangles_across_the_longest(scene):
+    found = halved(scene, len(scene) + 1)
+    cut = int(np.argmax(scene.areas))
+    corners = scene.vertices[cut, :3 if scene.is_triangle[cut] else 4]
+    lengths = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    middles = (np.roll(corners, -1, axis=0) + corners) / 2
+    if len(corners) == 3:
+        chosen = middles[lengths >= lengths.max() - 1e-12]
+    else:
+        sums = lengths + np.roll(lengths, 2)
+        chosen = middles[sums >= sums.max() - 1e-12]
+    old = {tuple(corner) for corner in corners.tolist()}
+    halves = [part for part in found.vertices.tolist() if part[0][2] == corners[0, 2]]
+    new = {tuple(corner) for part in halves for corner in part} - old
+    assert len(halves) == 2
+    assert len(new) == (1 if len(corners) == 3 else 2)
+    assert new <= {tuple(middle) for middle in chosen.tolist()}
 
 
 def test_parts_of_a_strip_stay_in_its_order():

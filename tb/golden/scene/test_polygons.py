@@ -1,3 +1,5 @@
+from itertools import combinations
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -177,6 +179,42 @@ def box():
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return corners[np.array(faces)]
+
+
+@settings(SETTINGS, max_examples=80)
+@given(st.lists(st.tuples(st.permutations(range(5)), st.integers(3, 4), st.integers(0, 1)), min_size=1, max_size=7))
+def test_every_pair_of_a_group_with_an_edge_in_opposite_directions_is_found(given):
+    """Among few points, so that an edge may belong to any number of patches."""
+    points = np.random.default_rng(3).normal(size=(5, 3))
+    corners = [order[:count] for order, count, _ in given]
+    patches = np.array([points[[*own, own[-1]][:4]] for own in corners])
+    groups = np.array([group for *_, group in given])
+    expected = [(left, corners[left].index(start), right, corners[right].index(end))
+                for left, right in combinations(range(len(given)), 2) if groups[left] == groups[right]
+                for start, end in edges_of(corners[left]) if (end, start) in edges_of(corners[right])]
+    found = shared_edges(patches, groups)
+    # The edge from a triangle's repeated corner to its first one is the fourth.
+    numbers = [(edge if len(corners[patch]) == 4 or edge < 2 else 3) for patch, edge in
+               ((one[side], one[side + 1]) for one in expected for side in (0, 2))]
+    assert sorted(zip(found.left.tolist(), found.left_edge.tolist(), found.right.tolist(), found.right_edge.tolist(),
+                      strict=True)) == sorted(
+        (left, first, right, second) for (left, _, right, _), first, second in
+        zip(expected, numbers[0::2], numbers[1::2], strict=True))
+
+
+def test_a_patch_folded_back_onto_its_neighbour_is_another_surface():
+    """They share an edge in opposite directions and lie in one plane, and one is the other's mirror image."""
+    first = as_patches(np.array([[(0, 0, 0), (1, 0, 0), (0, 1, 0)]], dtype=float))
+    beside, folded = (as_patches(np.array([[(1, 0, 0), (0, 0, 0), (0.2, y, 0)]])) for y in (-1, 1))
+    for other, alone in ((beside, False), (folded, True)):
+        surface = surface_numbers(np.concatenate([first, other]), np.zeros(2))
+        assert (surface[0] != surface[1]) == alone
+        smooth = smooth_numbers(np.concatenate([first, other]), np.zeros(2), crease=30)
+        assert (smooth[0] != smooth[1]) == alone
+
+
+def edges_of(corners):
+    return set(zip(corners, [*corners[1:], corners[0]], strict=True))
 
 
 def test_every_edge_of_a_closed_box_is_shared_once():
