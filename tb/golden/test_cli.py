@@ -487,7 +487,7 @@ def test_form_factors_close_and_are_reciprocal(folder):
 
 
 def test_plain_hemispheres_are_projected_on_request(folder):
-    printed = json.loads(succeed("formfactors", "cornell", "-o", "F.npz", "--rays", "16x4", "--samples", "2",
+    printed = json.loads(succeed("formfactors", "cornell", "-o", "F.npz", "--rays", "16x4",
                                  "--method", "shelling", "--project", "--json"))
     assert max(printed["closure"], printed["reciprocity"]) < 1e-9
     assert printed["sky_change"] >= 0
