@@ -10,7 +10,7 @@ from tb.bugs.tree import Tree
 __all__ = ["STAGES", "Campaign"]
 
 # In the order in which they run, each with the most CPU seconds; the last two run survivors together.
-STAGES = {"near": 150, "folder": 400, "simulators": 400, "commit": 2500, "detectors": 600}
+STAGES = {"near": 120, "folder": 300, "simulators": 300, "commit": 2500, "detectors": 600}
 _TOGETHER = ("commit", "detectors")
 # Draws of a bug that fail import, elaboration or lint, after which something else must be wrong.
 _TRIES = 100

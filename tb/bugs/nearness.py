@@ -8,7 +8,7 @@ __all__ = ["change_detectors", "commit_marks", "folder_tests", "near_tests", "si
            "simulator_marks"]
 
 # More would be a folder's.
-_MOST = 10
+_MOST = 6
 # Folders of tests that compare pages, or the wording of the sources.
 _WORDING = ("tb/docs/", "tb/sources/")
 # What reads sources, and a digest that somebody has recorded.
