@@ -50,6 +50,8 @@ def _bug_earlier(m, event, count):
 _COUNTS = re.compile(r"\b(nodes|clusters|count|counts|rows|columns|blocks|size|samples|depth|processes|parts|steps|"
                      r"workers|rays|cells|patches|bounces|width|height|levels|length|number|total)$")
 _LOOPS = (ast.For, ast.While, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+# Run once for an object, whose attributes are not there yet.
+_ONCE = ("__init__", "__post_init__")
 _ENDS = (ast.Raise, ast.Return, ast.Continue, ast.Break)
 _PURE = (ast.Name, ast.Attribute, ast.Compare, ast.BoolOp, ast.UnaryOp, ast.Constant, ast.Load, ast.cmpop, ast.boolop,
          ast.unaryop)
@@ -90,7 +92,8 @@ def guards(source: Source, change: Change) -> list[Guard]:
         return found
     is_compiled = any("compiled" in ast.unparse(one) for one in function.decorator_list)
     found += [*_sizes(function), *_features(source, change, function), *_iterations(source, change, function)]
-    if not is_compiled and not any(isinstance(one, _LOOPS) for one in _inside(source, change, function)):
+    is_repeated = any(isinstance(one, _LOOPS) for one in _inside(source, change, function))
+    if not (is_compiled or is_repeated or function.name in _ONCE):
         owner = "self" if "self" in _arguments(function) else "None"
         found.append(Guard(kind="call", condition=f"_bug_again({owner})", helper=_AGAIN))
     return found
@@ -180,7 +183,7 @@ def _features(source, change, function) -> Iterator[Guard]:
             differs = "is not None" if default.value is None else f"!= {default.value!r}"
             yield Guard(kind="option", condition=f"{one.arg} {differs}")
     stored = {one.id for one in ast.walk(function) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
-    bound = _arguments(function) - stored - ({"self"} if function.name in ("__init__", "__post_init__") else set())
+    bound = _arguments(function) - stored - ({"self"} if function.name in _ONCE else set())
     inside = set(_inside(source, change, function))
     for one in ast.walk(function):
         if isinstance(one, ast.If | ast.IfExp) and one not in inside and one.test is not change.node:
@@ -221,11 +224,15 @@ def _iterations(source, change, function) -> Iterator[Guard]:
 
 
 def _registers(source, change, function) -> Iterator[Guard]:
-    """A register of the module that no condition around the bug reads is, or is not, 0; a counter is above 1."""
-    site, tested = source.span(_hardware(source, change))[0], source.of(change.node)
-    for one in source.around(change.node):
-        if isinstance(one, ast.With):
-            tested += source.of(one.items[0].context_expr)
+    """A register is, or is not, 0; a counter is above 1.
+
+    Neither a condition around the bug reads it, nor the assignment or condition that the bug is in.
+    """
+    statement, chain = _hardware(source, change), [change.node, *source.around(change.node)]
+    below = [one for one in chain[:chain.index(statement)] if not isinstance(one, ast.List)] or [statement]
+    tested = " ".join(source.of(one) for one in (
+        below[-1], *(one.items[0].context_expr for one in chain if isinstance(one, ast.With))))
+    site = source.span(statement)[0]
     local = {one.id for one in ast.walk(function) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
              and source.span(one)[0] < site} | _arguments(function)
     seen = set()

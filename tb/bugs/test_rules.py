@@ -164,7 +164,7 @@ def test_in_combination_hardware_is_right_at_first():
     right, draw = outputs(HARDWARE), random.Random(2)
     made = [(change, guard) for change in changes(source) for guard in guards(source, change)]
     assert {guard.kind for _, guard in made} == {"configuration", "register", "cycle"}
-    for change, guard in draw.sample(made, 60):
+    for change, guard in draw.sample(made, 40):
         if (edit := guarded(source, change, guard)) is None:
             continue
         assert ast.parse(edited(source, change, guard)), edit
