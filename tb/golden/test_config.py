@@ -43,6 +43,42 @@ MESSAGES = [
 ]
 
 
+def documented_ranges():
+    """Of each parameter its least and largest value, and whether it is a power of two, as its text says."""
+    about = about_parameters(Config())
+    shared = {}
+    for path, text in about.items():
+        group = path.partition(".")[0]
+        ranges = [tuple(2 ** int(end[2:]) if "^" in end else int(end) for end in found)
+                  for found in re.findall(r"(?:; |and |, )(\d+) to (\d+\^?\d*)\b", text)]
+        position = shared[group, text] = shared.get((group, text), -1) + 1
+        if ranges:
+            yield path, *ranges[min(position, len(ranges) - 1)], "power" in text.partition(" to ")[0]
+
+
+# The range of the fraction depends on another parameter.
+RANGES = [one for one in documented_ranges() if one[0] != "icu.settle_fraction"]
+
+
+def test_most_parameters_have_a_documented_range():
+    assert len(RANGES) > 0.75 * len(about_parameters(Config()))
+
+
+@pytest.mark.parametrize(("path", "low", "high", "is_power"), RANGES)
+def test_a_parameter_is_within_its_documented_range_and_not_beyond_its_ends(path, low, high, is_power):
+    """Values within may break a rule about several parameters; of some 0 has a meaning of its own."""
+    beyond = {low // 2, 2 * high} if is_power else {low - 1, high + 1}
+    beyond -= {0} if re.search(r"\b0\b(: | has| is)|or 0", about_parameters(Config())[path]) else set()
+    for value in {low, high} | beyond:
+        try:
+            Config().with_parameters([f"{path}={value}"])
+            refused = ""
+        except InputError as error:
+            refused = str(error)
+        says_range = re.search(rf"\({re.escape(path)}\) must be (0|{low}) to {high}, not {value}$", refused)
+        assert bool(says_range) == (value in beyond), refused
+
+
 def test_widths_are_those_of_the_design():
     numbers = Config().numbers
     widths = {name: getattr(numbers, name).width for name in

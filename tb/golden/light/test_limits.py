@@ -39,6 +39,17 @@ def test_a_panel_nearer_than_elements_resolve_is_named_once(gap):
     assert f"a light of material 'panel' is {gap:.3g} from a surface whose elements are 0.5 long" in message
 
 
+def test_the_nearest_of_several_panels_is_named():
+    """By its distance over the length of the elements before it."""
+    panels = [(rectangle((x, 1, gap), (0, 0.5, 0), (0.5, 0, 0)), Material(name=f"panel {gap}", emission=(1, 1, 1)))
+              for x, gap in ((0.5, 0.05), (1.5, 0.01), (2.5, 0.03))]
+    scene = scene_of((CEILING, GREY), *((panel[::-1], lamp, {"two_sided": True}) for panel, lamp in panels))
+    with pytest.warns(InputWarning) as caught:
+        warn_of_near_lights(scene, refine(scene, max_edge=0.5), NearPairs(scene, Grid(scene)))
+    assert len(caught) == 1
+    assert "a light of material 'panel 0.01' is 0.01 from a surface" in str(caught[0].message)
+
+
 @pytest.mark.parametrize("more", [{"gap": 0.2}, {"gap": 0.01, "two_sided": False}, {"gap": 0.01, "below": BLACK},
                                   {"gap": 0.01, "edge": 0.02}, {"gap": 0.01, "finer": True}])
 def test_a_light_that_elements_resolve_is_not_named(more):

@@ -52,6 +52,17 @@ def test_gamma_is_the_power_law():
     assert tone_map(grey(0.25), exposure=1.0, curve="linear", gamma=2.0)[0, 0, 0] == 128
 
 
+@pytest.mark.parametrize("brightest", [0.5, 1.0, 2.0, 40.0])
+def test_reinhards_white_is_what_a_hundredth_of_the_pixels_exceed_but_at_least_1(brightest):
+    """Of 201 pixels the two brightest exceed it: the third one becomes white, if it is above 1."""
+    values = np.concatenate([np.linspace(0, brightest, 199), [3 * brightest, 9 * brightest]])
+    white = max(1, brightest)
+    expected = np.clip(values * (1 + values / white**2) / (1 + values), 0, 1)
+    shown = tone_map(grey(*values), exposure=1.0, gamma=1.0)[0, :, 0]
+    assert shown.tolist() == np.rint(255 * expected).tolist()
+    assert (shown[198] == 255) == (brightest >= 1)
+
+
 def test_reinhard_leaves_a_dark_picture_dark():
     """White is at least 1: with it the curve is the identity below."""
     assert tone_map(grey(0.1, 0.2, 0.4), exposure=1.0, gamma=1.0)[0, :, 0].tolist() == [26, 51, 102]

@@ -120,6 +120,16 @@ def test_copies_of_a_network_are_independent():
     assert np.array_equal(together.left, np.tile(alone.left, 2))
 
 
+@pytest.mark.parametrize("arbitration", ARBITRATIONS)
+def test_queues_that_always_request_are_granted_in_turn(arbitration):
+    """Both neighbours of a node send to it in every cycle; by age a queue is the youngest after its grant."""
+    given = Packets(source=np.repeat([0, 2], 30), destination=np.ones(60, dtype=int), length=np.ones(60, dtype=int),
+                    made=np.zeros(60, dtype=int), message=np.zeros(60, dtype=int))
+    arrivals = Network(route(Topology("mesh", 3, 1), 1), buffer_flits=8, arbitration=arbitration).run(given, cycles=200)
+    order = given.source[arrivals.packet[np.argsort(arrivals.left)]]
+    assert np.abs(np.cumsum(order - 1)).max() <= 2
+
+
 def test_age_precedes_round_robin_order():
     """Both arbitrations transfer the same flits, in another order."""
     routing = route(Topology("mesh", 4, 4), 1)
