@@ -51,7 +51,7 @@ class Arbiter(wiring.Component):
 
     Timing
     ------
-    Latency: ``1`` cycle without contention. One item per cycle; stalls with ``o``; one item in flight.
+    Latency: ``1`` cycle without contention. One item per cycle; stalls while the item at the end waits.
 
     Raises
     ------

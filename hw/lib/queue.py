@@ -32,7 +32,7 @@ class Queue(wiring.Component):
 
     Timing
     ------
-    Latency: ``1`` cycle. One item per cycle in and out; stalls ``i`` while it is full.
+    Latency: ``1`` cycle. One item per cycle in and out; stalls ``i`` while ``depth`` items are in flight.
 
     Raises
     ------

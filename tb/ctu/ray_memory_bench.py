@@ -130,8 +130,9 @@ def play(dut, passed, *, slots, frusta, seed):
         *(part for one in passed for part in (one.valid, one.payload)))]
 
     async def frustum(ctx):
-        hot = random.sample(range(slots), 2)
-        requested = [(random.choice((*hot, hot[0], random.randrange(slots))), shell)
+        # Slots may be idle for as many frusta as there are tags of generations.
+        used = random.sample(range(slots), random.choice((2, slots)))
+        requested = [(random.choice((*used[:2], used[0], random.choice(used))), shell)
                      for shell in sorted(random.sample(range(1, 16), 9)) for _ in range(random.randint(1, slots))]
         waiting, away, left, dropped, begun, returns = deque(enumerate(requested)), [], [], [], False, 0
         for _ in range(60 * len(requested)):

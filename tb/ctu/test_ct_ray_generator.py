@@ -12,7 +12,7 @@ from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.responder import Responder, responder
-from tb.lib.runner import SIMULATORS
+from tb.lib.runner import SLOW_IN_ICARUS
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
@@ -66,7 +66,7 @@ class TestCtRayGenerator(Bench):
     component, changes = CtRayGenerator, CHANGES
     cases = {"rate": Case(lambda config: requests(WindowStages("hemisphere", config, seed=4, last_shell=8).only(
         slice(0, 0))), [{}])}
-    simulators = (SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly))
+    simulators = SLOW_IN_ICARUS
     # Until the last stage is over.
     idle_limit = 100
     cycles = 600_000

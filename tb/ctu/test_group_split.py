@@ -1,41 +1,38 @@
 """Groups come apart into their rays, in order, one per cycle."""
 
 import random
-from itertools import pairwise
 
 from amaranth.lib.data import StructLayout
-from hypothesis import given
-from hypothesis import strategies as st
 
-from golden.config import PRESETS
 from hw.ctu.ctu_formats import GRID_GROUP
-from hw.ctu.group_split import GroupSplit
-from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads, schedules
-from tb.lib.timing import documented_latency
+from hw.ctu.group_split import GROUPS, GroupSplit
+from tb.lib.bench import Bench, Vectors
+from tb.lib.runner import IN_A_COMMIT
+from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.stages import Elastic, Expand
 
 RAY = StructLayout({"ray": 12, "column": 10, "stage": 4})
-SPLIT = GroupSplit(RAY)
-BENCH = ScheduleBench(SPLIT, watched=["leaves"])
 
 
-def check(schedule):
-    groups = schedule.values("i")
-    assert BENCH.run(schedule)["o"] == [
-        {**first, "ray": (first["ray"] + k) % (1 << 12), "column": (first["column"] + k) % (1 << 10)}
-        for first, count in ((group["first"], group["count"]) for group in groups) for k in range(count)]
-    assert sum(BENCH.history["leaves"]) == len(groups), "each group must free its entry once"
+class TestGroupSplit(Bench):
+    component, arguments, variants, splits = GroupSplit, {"shape": RAY}, ({},), False
+    simulators = IN_A_COMMIT
+
+    def vectors(self, config):
+        draw = random.Random(4)
+        # Columns of a ring go on after the last one.
+        groups = [{"first": {"ray": 30 * k, "column": draw.choice((k, 1023 - k % 3)), "stage": k % 16},
+                   "count": draw.randint(1, GRID_GROUP)} for k in range(100)]
+        return Vectors(inputs={"i": groups}, expected={"o": [
+            {**group["first"], "ray": group["first"]["ray"] + k, "column": (group["first"]["column"] + k) % 1024}
+            for group in groups for k in range(group["count"])]})
+
+    def stages(self, component, config):
+        return [Elastic(1, GROUPS), Expand(group["count"] for group in self.now.inputs["i"]), Elastic(1, 2)]
 
 
-@SETTINGS
-@given(schedules({"i": st.fixed_dictionaries({"first": payloads(RAY), "count": st.integers(1, GRID_GROUP)})}, ["o"]))
-def test_every_ray_once_and_in_order(schedule):
-    check(schedule)
-
-
-def test_a_ray_per_cycle_after_the_latency():
-    count = random.Random(4)
-    check(Schedule(items={"i": [(0, {"first": {"ray": 30 * k, "column": k, "stage": k % 16},
-                                     "count": count.randint(1, GRID_GROUP)}) for k in range(100)]}))
-    left = BENCH.cycles["o"]
-    assert left[0] - BENCH.cycles["i"][0] == SPLIT.latency == documented_latency(GroupSplit, PRESETS["tiny"])
-    assert {b - a for a, b in pairwise(left)} == {1}
+def test_each_group_frees_its_entry_once():
+    groups = TestGroupSplit().vectors(None).inputs["i"]
+    bench = ScheduleBench(GroupSplit(RAY), watched=["leaves"])
+    bench.run(Schedule(items={"i": [(0, group) for group in groups]}, stalls={"o": [k % 7 for k in range(99)]}))
+    assert sum(bench.history["leaves"]) == len(groups)

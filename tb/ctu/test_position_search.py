@@ -1,10 +1,10 @@
 import numpy as np
-import pytest
 
 from golden.config import PRESETS
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.position_search import PositionSearch
-from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.bench import Bench, Vectors
+from tb.lib.stages import Elastic
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"]
@@ -13,7 +13,6 @@ ENTRIES, SEARCHES = 120, 80
 SPREAD = 900
 # Of the bounds.
 HIGHEST = (1 << FORMATS.position_bound.width - 1) - 1
-BENCH = ScheduleBench(PositionSearch(formats=FORMATS, address=FORMATS.grid_row_address), idle_limit=60)
 
 
 def searches(random, positions):
@@ -29,23 +28,32 @@ def searches(random, positions):
         yield {"first": first, "count": count, "low": low, "end": end}
 
 
-@pytest.mark.parametrize("stalls", [[], [(1, 2, 40)[number % 3] for number in range(SEARCHES)]])
-def test_counts_of_what_is_less(stalls):
-    random = np.random.default_rng(1)
-    positions = np.sort(random.integers(-SPREAD, SPREAD, ENTRIES))
-    positions[ENTRIES // 2:ENTRIES // 2 + 9] = positions[ENTRIES // 2]
-    given = list(searches(random, positions))
-    came = BENCH.run(Schedule(
-        first={"i_write": [{"address": address, "position": int(position)}
-                           for address, position in enumerate(positions)]},
-        items={"i": [(0, search) for search in given]}, stalls={"o": stalls}))["o"]
-    for search, found in zip(given, came, strict=True):
-        part = positions[search["first"]:search["first"] + search["count"]]
-        # The least and the most bound with as many below.
-        bounds = np.concatenate([[-HIGHEST - 2], part, [HIGHEST]])
-        for name in "low", "end":
-            count = (part < search[name]).sum()
-            assert found[name] == {"count": count, "least": bounds[count] + 1, "most": bounds[count + 1]}, search
-    if not stalls:
-        assert [b - a for a, b in zip(BENCH.cycles["i"], BENCH.cycles["o"], strict=True)] == [
-            documented_latency(PositionSearch, CONFIG, count=search["count"]) for search in given]
+def counted(found, search, part):
+    """How many positions of a part are less than a bound; the least and the most bound with as many."""
+    bounds, count = np.concatenate([[-HIGHEST - 2], part, [HIGHEST]]), int((part < search[found]).sum())
+    return {"count": count, "least": int(bounds[count]) + 1, "most": int(bounds[count + 1])}
+
+
+class TestPositionSearch(Bench):
+    component, arguments = PositionSearch, {"formats": FORMATS, "address": FORMATS.grid_row_address}
+    variants, splits = ({},), False
+
+    def vectors(self, config):
+        random = np.random.default_rng(1)
+        positions = np.sort(random.integers(-SPREAD, SPREAD, ENTRIES))
+        positions[ENTRIES // 2:ENTRIES // 2 + 9] = positions[ENTRIES // 2]
+        given = list(searches(random, positions))
+        parts = [positions[search["first"]:search["first"] + search["count"]] for search in given]
+        return Vectors(
+            first={"i_write": [{"address": address, "position": position}
+                               for address, position in enumerate(positions.tolist())]},
+            inputs={"i": given}, expected={"o": [{name: counted(name, search, part) for name in ("low", "end")}
+                                                 for search, part in zip(given, parts, strict=True)]})
+
+    def latency(self, component, config):
+        """The longest one."""
+        return documented_latency(PositionSearch, config, count=ENTRIES)
+
+    def stages(self, component, config):
+        return [Elastic((documented_latency(PositionSearch, config, count=search["count"])
+                         for search in self.now.inputs["i"]), 1)]

@@ -11,7 +11,7 @@ from hw.ctu.ray_banks import RayBanks
 from tb.ctu.ray_memory_bench import Rays, play, request
 from tb.lib.clocking import start
 from tb.lib.responder import Responder
-from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
@@ -64,12 +64,12 @@ async def a_ray_per_cycle(dut):
         assert name == "mixed" or gaps == {1}, gaps
 
 
-@pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("simulator", SLOW_IN_ICARUS)
 def test_in_the_simulator(simulator):
     simulate(make(SLOTS), f"tb.ctu.ray_memory_bench,{__name__}", simulator=simulator, memory=__name__, slots=SLOTS)
 
 
-@pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("simulator", SLOW_IN_ICARUS)
 def test_rate(simulator):
     simulate(make(MANY), __name__, ("a_ray_per_cycle",), simulator=simulator, memory=__name__, slots=MANY)
 
@@ -77,7 +77,7 @@ def test_rate(simulator):
 def test_each_slot_leaves_once_for_each_shell():
     """In the order of requests, frustum after frustum, also when tags of generations run out."""
     dut = make(SLOTS)
-    play(dut, dut.o_passed, slots=SLOTS, frusta=2, seed=0)
+    play(dut, dut.o_passed, slots=SLOTS, frusta=6, seed=0)
 
 
 def test_a_request_before_the_begin_of_a_frustum_belongs_to_the_one_before():

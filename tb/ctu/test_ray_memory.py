@@ -8,7 +8,7 @@ from golden.stimulus.ctu.ray_memory import SLOTS
 from hw.ctu.ray_memory import RayMemory
 from tb.ctu.ray_memory_bench import Rays, check_rate, play, request
 from tb.lib.clocking import start
-from tb.lib.runner import SIMULATORS, simulate
+from tb.lib.runner import SLOW_IN_ICARUS, simulate
 from tb.lib.timing import documented_latency
 
 VERSION_BITS, DEFERRED, GENERATION_BITS = 10, 8, 2
@@ -104,7 +104,7 @@ async def returns_block_retries(dut):
             ports.stop()
 
 
-@pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("simulator", SLOW_IN_ICARUS)
 def test_in_the_simulator(simulator):
     simulate(make(SLOTS), f"tb.ctu.ray_memory_bench,{__name__}", simulator=simulator, memory=__name__, slots=SLOTS)
 
@@ -112,7 +112,7 @@ def test_in_the_simulator(simulator):
 def test_each_slot_leaves_once_for_each_shell():
     """In the order of requests, frustum after frustum, also when tags of generations run out."""
     dut = make(SLOTS)
-    play(dut, [dut.o_passed], slots=SLOTS, frusta=5, seed=1)
+    play(dut, [dut.o_passed], slots=SLOTS, frusta=9, seed=1)
 
 
 def test_requests_wait_for_a_slot_again_and_again_in_one_frustum():

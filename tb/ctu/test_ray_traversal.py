@@ -20,7 +20,7 @@ from tb.golden.cast.frusta import random_frustum, speckled_frustum
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
 from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 
@@ -207,7 +207,7 @@ async def a_step_per_cycle(dut):
 
 
 @pytest.mark.parametrize("lists", [True, pytest.param(False, marks=pytest.mark.nightly)])
-@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("simulator", SLOW_IN_ICARUS)
 def test_cells_of_golden(simulator, lists):
     run(("cornell", 0.5, 1, False), BARRIER if lists else {**BARRIER, **NO_LISTS}, simulator)
 

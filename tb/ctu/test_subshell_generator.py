@@ -3,7 +3,6 @@
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
@@ -15,7 +14,7 @@ from hw.ctu.subshell_table import SubshellTable
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
-from tb.lib.runner import SIMULATORS
+from tb.lib.runner import SLOW_IN_ICARUS
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
@@ -123,7 +122,7 @@ def vectors(entries, given):
 
 class TestSubshellGenerator(Bench):
     variants, splits = ({},), False
-    simulators = (SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly))
+    simulators = SLOW_IN_ICARUS
 
     def make(self, config):
         return Listed(CONFIG)

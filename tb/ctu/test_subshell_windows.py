@@ -11,7 +11,7 @@ from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage
 from tb.lib.responder import responder
-from tb.lib.runner import SIMULATORS
+from tb.lib.runner import SLOW_IN_ICARUS
 
 RUNS = [("hemisphere", 3), ("screen", 4), ("hemisphere", 5)]
 # Patches at the borders of rays, of each of these.
@@ -40,7 +40,7 @@ class TestSubshellWindows(Bench):
     cases = {"rate": Case(lambda config: subshells(config, "hemisphere", seed=3, count=40), [{}]),
              **{f"borders of a {kind}, {seed}": Case(partial(at_borders, kind, seed), [], timed=False)
                 for kind, seed in RUNS}}
-    simulators = (SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly))
+    simulators = SLOW_IN_ICARUS
     cycles = 200_000
 
     def drawn(self, config, seed):

@@ -3,7 +3,6 @@
 from functools import partial
 
 import numpy as np
-import pytest
 
 from golden.ctu.cell_traversal import (
     BEGIN_BITS,
@@ -19,7 +18,7 @@ from hw.ctu.traversal_start import TraversalStart
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import DEPTHS
 from tb.lib.coverage import Coverage
-from tb.lib.runner import SIMULATORS
+from tb.lib.runner import SLOW_IN_ICARUS
 
 TAG, RAYS, MANY, ONE = 12, 240, 2_000, 1 << POSITION_FRACTION
 SHAPE = np.array([18, 5, 700])
@@ -68,7 +67,7 @@ def vectors(config, seed, count=RAYS):
 
 class TestTraversalStart(Bench):
     component, arguments = TraversalStart, {"tag": TAG}
-    simulators = (SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly))
+    simulators = SLOW_IN_ICARUS
     cases = {"few": Case(partial(vectors, seed=1), [{"icu.product_registers": depth} for depth in DEPTHS]),
              **{f"many, {seed}": Case(partial(vectors, seed=seed, count=MANY), []) for seed in (2, 3)}}
 

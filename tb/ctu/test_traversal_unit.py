@@ -13,7 +13,7 @@ from tb.icu.frustum_load import table_writes
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.responder import Responder
-from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
 
 # All that long runs see, so that they are fast.
 PORTS = ("clk", "rst", "i_*", "o_*", "settled", "counters", "error")
@@ -163,12 +163,12 @@ def run(record, changes, simulator, *, cycles, tests=("free_running",), pipeline
 
 
 # Lists are in preset `thesis` alone, which the nightly casts.
-@pytest.mark.parametrize("simulator", [SIMULATORS[0], pytest.param("icarus", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("simulator", SLOW_IN_ICARUS)
 def test_lobby(simulator):
     run(("lobby", 0.25, 1, False), SMALL, simulator, cycles=30_000)
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("simulator", SLOW_IN_ICARUS)
 def test_without_lists(simulator):
     run(("lobby", 0.25, 1, False), SMALL | {"ctu.subshell_bits": 0}, simulator, cycles=30_000,
         tests=("without_lists",))

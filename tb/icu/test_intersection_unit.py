@@ -427,6 +427,7 @@ def run(name, tests, *, simulator="verilator", changes=None, preset="tiny", **gi
              changes=changes, preset=preset, visible=PORTS, **given)
 
 
+@pytest.mark.sim
 def test_the_unit_in_verilator():
     """Each pattern of stalls once at either end; the nightly has all pairs."""
     run("unit", QUICK, pairs=1_000, few_stalls=True)

@@ -286,11 +286,16 @@ async def one_per_cycle(dut):
     assert bench.hit.cycles[0] - read_outs.cycles[0] == documented_latency(ReadOut, bench.config)
 
 
-def run(changes, simulator="verilator"):
+def run(changes, simulator="verilator", tests=()):
     changes = {**SMALL, **changes}
     banks = Banks(config=config_of(changes))
     assert banks.memory.latency == documented_latency(RayMemory, config_of(changes))
-    simulate(banks, __name__, simulator=simulator, changes=changes)
+    simulate(banks, __name__, tests, simulator=simulator, changes=changes)
+
+
+def test_in_verilator():
+    """Those that take longest are in `make sim`."""
+    run({}, tests=("every_section", "one_per_cycle"))
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)

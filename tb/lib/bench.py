@@ -8,12 +8,13 @@ A class of tests names the component and makes vectors::
         def vectors(self, config):
             return Vectors(inputs={"i": [...]}, expected={"o": [...]})
 
-The simulators run the regimes of `tb.lib.regimes`.
+The simulators run the regimes of `tb.lib.regimes`. All of them compare the cycle of every transfer with the one that
+follows from the timing in the component's docstring: `Bench.predict`.
 """
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from random import Random
 
 import pytest
@@ -26,16 +27,16 @@ from tb.lib.responder import Responder
 from tb.lib.runner import SIMULATORS, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.scoreboard import check
+from tb.lib.seed import SEED
 from tb.lib.signature import payload_shape, stream_of, streams_of
-from tb.lib.timing import documented_latency
+from tb.lib.stages import Gather, Stage, Trace, passage
+from tb.lib.timing import documented_interval, documented_latency, documented_stages
 from tb.lib.vectors import Vectors
 
 __all__ = ["VARIANTS", "Bench", "Case", "Vectors"]
 
 # The widths at every depth of the pipelines.
 VARIANTS = [{**widths, "icu.product_registers": depth} for widths in CONFIGURATIONS.values() for depth in DEPTHS]
-# Those of the nightly alone: a commit's tests have each depth with one of the widths.
-_NIGHTLY = VARIANTS[1::2]
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Case:
     simulated
         The other simulators run them too.
     timed
-        `Bench.check_times` holds for them.
+        Their cycles are checked.
     """
 
     vectors: Callable[[Config], Vectors]
@@ -66,13 +67,14 @@ class Bench:
     Members
     -------
     component, arguments
-        The component's class, and its arguments beside the configuration.
+        The component's class, and its arguments beside the configuration, if it takes one.
     changes
         Of the default configuration.
     cases
         By name vectors, or a `Case`; default: those of the method `vectors`.
     variants
-        Changes of the configuration with which Amaranth's simulator runs; none: it does not.
+        Changes of the configuration with which Amaranth's simulator runs; none: it does not. A commit's tests have the
+        one that the seed draws from those of most cases.
     simulators
         Of `test_in_the_simulator`.
     interval, per_result
@@ -80,9 +82,11 @@ class Bench:
     latency
         The component's, as its docstring states it.
     formula
-        Names in the docstring's formula that are no parameters of the configuration.
+        Names in the docstring's formulas that are neither parameters of the configuration nor arguments.
     splits
         Each stall pattern has items of its own; otherwise each one has all of them.
+    check_times
+        A method in place of `predict`: asserts of vectors, the cycles of transfers without stalls, and the latency.
     idle_limit
         A run ends after this many cycles without a transfer, and the latency.
     now, shapes
@@ -102,6 +106,7 @@ class Bench:
     splits = True
     idle_limit = 4
     cycles = 10_000
+    check_times: Callable | None = None
     now: Vectors
     shapes: Mapping
 
@@ -122,7 +127,9 @@ class Bench:
 
     def make(self, config: Config):
         """The component."""
-        return type(self).component(config=config, **self.arguments)
+        component = type(self).component
+        takes_it = "config" in inspect.signature(component).parameters
+        return component(**({"config": config} if takes_it else {}), **self.arguments)
 
     def is_over(self, given: Vectors, came: dict[str, list[int]]) -> bool:
         """Whether everything expected has come."""
@@ -133,13 +140,29 @@ class Bench:
         for name, expected in given.expected.items():
             check(self.shapes[name], came[name], expected, what=name)
 
-    def check_times(self, given: Vectors, cycles: dict[str, list[int]], latency: int) -> None:
-        """Check the cycles of transfers without stalls: one per interval, after the latency."""
-        (first, *_), name = given.inputs, list(given.expected)[-1]
-        entered, left, interval = cycles[first], cycles[name], self.interval
-        assert {b - a for a, b in pairwise(entered)} <= {interval}, f"{first} must be taken without a gap"
-        assert {b - a for a, b in pairwise(left)} <= {interval * self.per_result}, f"{name} must come without a gap"
-        assert left[0] - entered[self.per_result - 1] == latency, f"{name} must come after {latency} cycles"
+    def stages(self, component, config: Config) -> list[Stage]:
+        """Between the first input and the last expected output; default: those of the docstring."""
+        assert documented_interval(type(component), config, **self.names) == self.interval
+        stages = documented_stages(type(component), config, **self.names)
+        return [*([Gather(self.per_result)] if self.per_result > 1 else []), *stages]
+
+    def predict(self, given: Vectors, trace: Trace, component, config: Config) -> dict[str, list[int]]:
+        """The cycles of all transfers of some streams, from the trace's offers and stalls; default: of one path."""
+        (first, *_), last = given.inputs, list(given.expected)[-1]
+        accepted, left = passage(self.stages(component, config), trace.offered[first], trace.stalled[last])
+        return {first: accepted, last: left}
+
+    def check_cycles(self, given: Vectors, trace: Trace, component, config: Config) -> None:
+        """Compare the cycle of every transfer with the predicted one."""
+        if self.check_times is not None:
+            return
+        predicted = self.predict(given, trace, component, config)
+        wrong = [(min(came, cycle), f"{name}: item {k} of {len(expected)} is transferred in cycle {came}, not {cycle}")
+                 for name, expected in predicted.items()
+                 for k, (came, cycle) in enumerate(zip(trace.cycles[name], expected, strict=False)) if came != cycle]
+        assert not wrong, min(wrong)[1]
+        counts = {name: (len(trace.cycles[name]), len(expected)) for name, expected in predicted.items()}
+        assert all(came == count for came, count in counts.values()), f"transfers, and those predicted: {counts}"
 
     # Subclasses use these.
 
@@ -162,9 +185,14 @@ class Bench:
 
     def latency(self, component, config: Config) -> int:
         """The component's, which is that of its docstring."""
-        latency = documented_latency(type(component), config, **self.formula)
+        latency = documented_latency(type(component), config, **self.names)
         assert component.latency == latency
         return latency
+
+    @property
+    def names(self) -> dict[str, int]:
+        """Those of the docstring's formulas that are no parameters of the configuration."""
+        return {name: value for name, value in self.arguments.items() if isinstance(value, int)} | self.formula
 
     @classmethod
     def pytest_generate_tests(cls, metafunc):
@@ -173,9 +201,11 @@ class Bench:
             every = [changes for case in cls().known_cases().values()
                      for changes in (cls.variants if case.variants is None else case.variants)]
             different = list({str(changes): changes for changes in every}.values())
-            later = _NIGHTLY if cls.variants is VARIANTS else []
+            most = max(map(every.count, different), default=0)
+            drawn = different and Random(f"{SEED} {cls.__qualname__}").choice(
+                [changes for changes in different if every.count(changes) == most])
             metafunc.parametrize("changes", [
-                pytest.param(changes, id=_name(changes), marks=[pytest.mark.nightly] if changes in later else [])
+                pytest.param(changes, id=_name(changes), marks=[] if changes == drawn else [pytest.mark.nightly])
                 for changes in different])
         if "simulator" in metafunc.fixturenames:
             metafunc.parametrize("simulator", cls.simulators)
@@ -189,10 +219,10 @@ class Bench:
                               watchdog=200_000)
         for case in self.known_cases().values():
             if changes in (self.variants if case.variants is None else case.variants):
-                self.in_amaranth(bench, component, case.vectors(config), latency, timed=case.timed)
+                self.in_amaranth(bench, component, case.vectors(config), config, latency, timed=case.timed)
 
-    def in_amaranth(self, bench: ScheduleBench, component, given: Vectors, latency: int, *, timed: bool = True,
-                    seed: int = 1) -> None:
+    def in_amaranth(self, bench: ScheduleBench, component, given: Vectors, config: Config, latency: int, *,
+                    timed: bool = True, seed: int = 1) -> None:
         """Half of the items come without stalls, half of them with."""
         self.now, self.shapes = given, {name: payload_shape(component.signature, name)
                                         for name in streams_of(component.signature)[Out]}
@@ -212,7 +242,9 @@ class Bench:
         bench.run(Schedule(items=items, stalls=stalls, first=given.first), *self.responders(), **given.ports)
         self.check(given, bench.came)
         if timed:
-            self.check_times(given, self.unstalled(given, bench.cycles, half), latency)
+            self.check_cycles(given, bench.trace, component, config)
+            if self.check_times is not None:
+                self.check_times(given, self.unstalled(given, bench.cycles, half), latency)
 
     def unstalled(self, given: Vectors, cycles: dict[str, list[int]], half: dict[str, int]) -> dict[str, list[int]]:
         """The transfers of the first halves."""

@@ -15,6 +15,7 @@ from tb.lib.payload import pack, unpack
 from tb.lib.responder import Responder
 from tb.lib.runner import options
 from tb.lib.signature import payload_shape, ports_of, streams_of
+from tb.lib.stages import Trace
 from tb.lib.stall_patterns import STALLS, spaced
 from tb.lib.stream import Monitor, Sink, Source
 
@@ -115,6 +116,13 @@ class Ports:
         if name not in self._monitors:
             self._monitors[name] = Monitor(self.dut, name)
         return self._monitors[name]
+
+    @property
+    def trace(self) -> Trace:
+        """What has been offered, stalled and transferred."""
+        return Trace({name: source.offered for name, source in self.sources.items()},
+                     {name: sink.stalled for name, sink in self.sinks.items()},
+                     {name: one.cycles for name, one in (self.sources | self.sinks).items()})
 
     def respond(self, *responders: Responder) -> None:
         """Answer from now on, also after a reset."""

@@ -82,8 +82,8 @@ class _Run:
             ports.sources[name].stalls = stalls
         await ClockCycles(self.dut.clk, 2)
 
-    async def play(self, ports, given):
-        """Everything, compared."""
+    async def play(self, ports, given, timed):
+        """Everything, compared; ``timed``: with the cycles of all transfers."""
         self.bench.now = given
         tasks = [ports.begin(name, items) for name, items in given.inputs.items()]
         came = {name: sink.items for name, sink in ports.sinks.items()}
@@ -93,6 +93,8 @@ class _Run:
             await ClockCycles(self.dut.clk, 8)
         await ClockCycles(self.dut.clk, self.latency + self.bench.idle_limit)
         self.bench.check(given, came)
+        if timed:
+            self.bench.check_cycles(given, ports.trace, self.component, self.config)
         for name, value in given.after.items():
             assert ports[name] == value, name
 
@@ -115,7 +117,7 @@ async def stall_patterns(dut):
     run = _Run(dut)
     pairs, draws, unknown = run.pairs, run.bench.draws, True
     await run.start(len(pairs))
-    for given in [None] if draws else run.given:
+    for case, given in [(None, None)] if draws else zip(run.cases, run.given, strict=True):
         parts = map(run.drawn, range(len(pairs))) if draws else _parts(given, len(pairs), run.bench.splits)
         for pair, part in zip(pairs, parts, strict=True):
             ports = run.ports(*pair)
@@ -124,7 +126,7 @@ async def stall_patterns(dut):
             if unknown:
                 assert_known(dut, [*ports.sources, *ports.sinks])
                 unknown = False
-            await run.play(ports, part)
+            await run.play(ports, part, draws or case.timed)
             ports.stop()
 
 
@@ -146,23 +148,20 @@ async def resets_in_flight(dut):
         await ports.reset()
         given = run.drawn(number) if draws else given
         await run.prepare(ports, given)
-        await run.play(ports, given if draws else _parts(given, len(STALLS), run.bench.splits)[0])
+        part = given if draws else _parts(given, len(STALLS), run.bench.splits)[0]
+        await run.play(ports, part, draws or run.cases[0].timed)
         ports.stop()
 
 
 @cocotb.test()
 async def rate(dut):
-    """Without stalls items go in and out once per interval, after the latency."""
+    """Without stalls all items of all cases come right, and in their cycles."""
     run = _Run(dut)
     await run.start(1)
     for case, given in zip(run.cases, run.given, strict=True):
         ports = run.ports()
         await run.prepare(ports, given)
-        for name in ports.sources:
-            ports.taken(name)
-        await run.play(ports, given)
-        cycles = {name: ports.taken(name).cycles for name in ports.sources} | {
-            name: sink.cycles for name, sink in ports.sinks.items()}
-        if case.timed:
-            run.bench.check_times(given, cycles, run.latency)
+        await run.play(ports, given, case.timed)
+        if case.timed and run.bench.check_times is not None:
+            run.bench.check_times(given, ports.trace.cycles, run.latency)
         ports.stop()

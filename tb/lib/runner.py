@@ -23,7 +23,19 @@ from hw.simulator.build_folder import build_folder, content_key, keep_newest, lo
 from hw.simulator.verilator import OPTIMIZATION, verilator_package, verilator_version
 from tb.lib.seed import SEED
 
-__all__ = ["BUILD", "SIMULATORS", "Run", "Simulation", "options", "recorded", "simulate", "tools"]
+__all__ = [
+    "BUILD",
+    "ICARUS",
+    "IN_A_COMMIT",
+    "SIMULATORS",
+    "SLOW_IN_ICARUS",
+    "Run",
+    "Simulation",
+    "options",
+    "recorded",
+    "simulate",
+    "tools",
+]
 
 BUILD = Path("build") / "sim"
 WAVES = Path("out") / "waves"
@@ -42,8 +54,12 @@ _MAKE = ("-j2 -- OPT_FAST=" + OPTIMIZATION.replace(" ", r"\ ") + " OPT_SLOW=-O0 
          "CFG_CXXFLAGS_PCH=-fsyntax-only VK_PCH_I_FAST=-includeVtop__pch.h VK_PCH_I_SLOW=-includeVtop__pch.h")
 # What a run needs of a build.
 _PROGRAM = {"verilator": "top", "icarus": "sim.vvp"}
-# For `pytest.mark.parametrize`. Verilator takes longer to build a block than to simulate it, Icarus does not.
-SIMULATORS = [pytest.param("verilator", marks=pytest.mark.sim), "icarus"]
+# For `pytest.mark.parametrize`. A commit's tests have a case in Verilator where a testbench has `IN_A_COMMIT`.
+ICARUS = pytest.param("icarus", marks=[pytest.mark.icarus, pytest.mark.sim])
+SIMULATORS = [pytest.param("verilator", marks=pytest.mark.sim), ICARUS]
+IN_A_COMMIT = ["verilator", ICARUS]
+# Of testbenches that take Icarus more than some ten seconds.
+SLOW_IN_ICARUS = [SIMULATORS[0], pytest.param("icarus", marks=[pytest.mark.icarus, pytest.mark.nightly])]
 
 
 def options() -> dict:

@@ -9,11 +9,12 @@ A property over schedules fails with the smallest one that Hypothesis finds: few
 """
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 from random import Random
 
-from amaranth.hdl import Cat, ClockDomain, Const, Module, Shape, Signal, Value
+from amaranth.hdl import Cat, ClockDomain, Const, Module, Signal, Value
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
@@ -21,9 +22,11 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from tb.lib.payload import pack, unpack
+from tb.lib.ranges import integers
 from tb.lib.responder import Responder
 from tb.lib.seed import IS_DRAWN
 from tb.lib.signature import stream_of, streams_of
+from tb.lib.stages import Trace
 
 __all__ = ["SETTINGS", "Schedule", "ScheduleBench", "payloads", "schedules"]
 
@@ -60,14 +63,12 @@ class Schedule:
 
 
 def payloads(shape) -> st.SearchStrategy:
-    """All payloads of an Amaranth shape, in the form that `pack` takes."""
+    """All payloads of an Amaranth shape, in the form that `pack` takes; many numbers are at their ends."""
     if isinstance(shape, StructLayout):
         return st.fixed_dictionaries({name: payloads(field.shape) for name, field in shape})
     if isinstance(shape, ArrayLayout):
         return st.lists(payloads(shape.elem_shape), min_size=shape.length, max_size=shape.length)
-    cast = Shape.cast(shape)
-    low = -(1 << cast.width - 1) if cast.signed else 0
-    return st.integers(low, low + (1 << cast.width) - 1)
+    return integers(shape)
 
 
 def schedules(items: dict[str, st.SearchStrategy], sinks: Iterable[str], *, most: int = 14) -> st.SearchStrategy:
@@ -107,8 +108,8 @@ class ScheduleBench:
 
     Members
     -------
-    cycles
-        By input and output the cycles of the last run's transfers.
+    trace, cycles
+        The last run's offers, stalls and transfers, and the cycles of its transfers alone, by input and output.
     came
         By output what came in the last run, as bits.
     history
@@ -122,7 +123,7 @@ class ScheduleBench:
         self._inputs, self._outputs = (
             {name: _Stream(component, name) for name in (known[flow] if names is None else names)}
             for flow, names in ((In, inputs), (Out, outputs)))
-        self._schedule, self._ports, self._responders, self.came, self.cycles = None, None, (), {}, {}
+        self._schedule, self._ports, self._responders, self.came, self.trace = None, None, (), {}, Trace()
         self._watched, self.history = {name: Value.cast(getattr(component, name)) for name in watched}, {}
         # A component may have no clock, the bench has one. What is given and what is seen are one signal each: the
         # simulator is slow in accesses from outside.
@@ -141,6 +142,11 @@ class ScheduleBench:
         self._simulator.add_clock(1e-8)
         self._has_run = False
 
+    @property
+    def cycles(self) -> dict[str, list[int]]:
+        """See above."""
+        return self.trace.cycles
+
     def run(self, schedule: Schedule, *responders: Responder, **ports) -> dict[str, list]:
         """What comes out of each output.
 
@@ -149,7 +155,8 @@ class ScheduleBench:
         responders
             Answer what comes out.
         ports
-            Values of inputs that are no streams; or functions that give them after each cycle, of `cycles` so far.
+            Values of inputs that are no streams; iterators over those of each cycle, of which the last one stays; or
+            functions that give them after each cycle, of `cycles` so far.
 
         Raises
         ------
@@ -170,8 +177,9 @@ class ScheduleBench:
         """One process for all streams."""
         ports = [(getattr(self._component, port), value) for port, value in self._ports.items()]
         later = [(port, value) for port, value in ports if callable(value)]
+        running = [(port, value) for port, value in ports if isinstance(value, Iterator)]
         for port, value in ports:
-            if not callable(value):
+            if not callable(value) and not isinstance(value, Iterator):
                 ctx.set(port, value)
         items, stalls, first = self._schedule.items, self._schedule.stalls, self._schedule.first
         sources = {name: _SourceState(items.get(name, ()), first.get(name, ()), one)
@@ -181,9 +189,12 @@ class ScheduleBench:
         answers = [(sinks[one.takes], self._outputs[one.takes].shape, sources[one.gives], one)
                    for one in self._responders]
         leading, generator = deque(sources[name] for name in first), Random(1)
-        self.cycles = {name: [] for name in (*sources, *sinks)}
+        self.trace = Trace({name: [] for name in sources}, {name: set() for name in sinks},
+                           {name: [] for name in (*sources, *sinks)})
         self.history = {name: [] for name in self._watched}
         still = cycle = 0
+        for port, values in running:
+            ctx.set(port, next(values))
         ctx.set(self._given, self._offers(leading, ends))
         async for *_, seen in ctx.tick().sample(self._seen):
             cycle, still = cycle + 1, still + 1
@@ -194,6 +205,11 @@ class ScheduleBench:
                 seen >>= 2 + end.width
                 if valid and ready:
                     self.cycles[name].append(cycle)
+                if name in sinks:
+                    if not ready:
+                        self.trace.stalled[name].add(cycle)
+                elif valid and not end.offers:
+                    self.trace.offered[name].append(cycle)
                 if end.after(valid, ready, payload):
                     still = 0
             for name, values in self.history.items():
@@ -208,6 +224,9 @@ class ScheduleBench:
                 break
             for port, value in later:
                 ctx.set(port, value(self.cycles))
+            for port, values in running:
+                for value in islice(values, 1):
+                    ctx.set(port, value)
             ctx.set(self._given, self._offers(leading, ends))
         left = {name: source.left for name, source in sources.items() if source.left}
         assert not left, f"items were never accepted: {left}"
@@ -247,6 +266,8 @@ class _SourceState:
         self._given = deque([(0, pack(one.shape, value)) for value in first])
         self._given += [(idle, pack(one.shape, value)) for idle, value in given]
         self._idle = self._given[0][0] if self._given else 0
+        # Whether an item was offered in the cycle before, and not accepted.
+        self.offers = False
 
     @property
     def left(self):
@@ -270,6 +291,7 @@ class _SourceState:
 
     def after(self, valid, ready, payload):
         """Whether something went on in a cycle."""
+        self.offers = bool(valid and not ready)
         if not valid:
             waits = self._may and self._idle > 0
             self._idle -= waits

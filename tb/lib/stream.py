@@ -13,6 +13,11 @@ from tb.lib.clocking import PERIOD
 __all__ = ["Monitor", "Sink", "Source"]
 
 
+def _now():
+    """The number of the present cycle."""
+    return round(get_sim_time("ns") / PERIOD)
+
+
 class _Stream:
     """The signals of one stream: ``NAME__payload``, ``NAME__valid`` and, if it is not always ready, ``NAME__ready``."""
 
@@ -33,12 +38,18 @@ class Source(_Stream):
         The component in the simulator, and the stream.
     stalls
         Whether to offer nothing, cycle by cycle; an offered item stays until it is accepted.
+
+    Members
+    -------
+    offered, cycles
+        The first cycle of each item's offer, and that of its transfer.
     """
 
     def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None):
         super().__init__(dut, name)
         self.stalls = stalls or repeat(False)
         self._random = random.Random(name)
+        self.offered, self.cycles = [], []
         self._offer_nothing()
 
     def _offer_nothing(self):
@@ -57,8 +68,12 @@ class Source(_Stream):
             if payload is not None:
                 payload.value = item
             await edge
+            cycle = _now()
+            self.offered.append(cycle)
             while ready is not None and not int(ready.value):
                 await edge
+                cycle += 1
+            self.cycles.append(cycle)
         self._offer_nothing()
 
 
@@ -90,7 +105,7 @@ class Monitor(_Stream):
             self._seen(item)
         else:
             self.items.append(item)
-            self.cycles.append(round(get_sim_time("ns") / PERIOD))
+            self.cycles.append(_now())
 
     def stop(self) -> None:
         """Record nothing more."""
@@ -104,10 +119,15 @@ class Sink(Monitor):
     ----------
     stalls
         Whether ``ready`` is 0, cycle by cycle.
+
+    Members
+    -------
+    stalled
+        The cycles in which it was.
     """
 
     def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None, **options):
-        self.stalls = stalls or repeat(False)
+        self.stalls, self.stalled = stalls or repeat(False), set()
         super().__init__(dut, name, **options)
         if self.ready is not None:
             self.ready.value = 0
@@ -120,7 +140,9 @@ class Sink(Monitor):
             accepts = not next(stalls)
             ready.value = int(accepts)
             await edge
-            if accepts and int(valid.value):
+            if not accepts:
+                self.stalled.add(_now())
+            elif int(valid.value):
                 self._record()
 
     def stop(self) -> None:

@@ -17,7 +17,7 @@ SIGNATURES = {"axi4": AxiSignature(config=PRESETS["tiny"]), "axi4-lite": AxiLite
 # Of each channel, whether it comes from the manager.
 CHANNELS = {"aw": True, "w": True, "ar": True, "b": False, "r": False}
 FIELDS = ("id", "addr", "len", "size", "burst", "cache", "prot", "data", "strb", "last", "resp")
-COUNT = 60
+COUNT = 25
 WATCHDOG = 5000
 
 

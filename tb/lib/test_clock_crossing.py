@@ -95,16 +95,16 @@ class Crossing:
 @pytest.mark.parametrize("patterns", [("none", "none"), ("random", "bursts"), ("bursts", "random"), ("none", "stop"),
                                       ("alternating", "none")])
 def test_items_come_once_and_in_order(periods, patterns):
-    crossing = Crossing(periods).run(count=150, patterns=patterns)
-    assert [number for number, _ in crossing.came] == list(range(150))
+    crossing = Crossing(periods).run(count=50, patterns=patterns)
+    assert [number for number, _ in crossing.came] == list(range(50))
 
 
 @pytest.mark.parametrize("periods", PERIODS)
 def test_the_slower_clock_has_one_item_per_cycle_and_the_latency_is_stated(periods):
-    crossing = Crossing(periods).run(count=200)
+    crossing = Crossing(periods).run(count=80)
     slower = int(periods[1] > periods[0])
     cycles = [passed[slower] for _, passed in crossing.came]
-    assert cycles[-1] - cycles[20] <= 180
+    assert cycles[-1] - cycles[20] <= 60
     # One cycle of the source, two or three of the sink, and the one in which the item is taken.
     source, sink = periods
     first = crossing.came[0][1][1] - crossing.sent[0][1][1]
@@ -127,7 +127,7 @@ def test_its_depth_is_in_flight_while_nothing_is_taken(depth):
 
 
 @pytest.mark.parametrize("periods", PERIODS)
-@pytest.mark.parametrize("seed", range(SEED, SEED + 3))
+@pytest.mark.parametrize("seed", [SEED])
 def test_items_of_before_a_reset_of_both_sides_never_come(periods, seed):
     crossing, draw = Crossing(periods, seed=seed), random.Random(seed)
     source, sink = crossing.domains
@@ -194,7 +194,7 @@ def test_an_item_that_leaves_makes_room_within_the_stated_cycles(periods):
 
 
 @pytest.mark.parametrize("periods", [*PERIODS, (5, 17), (17, 5)])
-@pytest.mark.parametrize("seed", range(SEED, SEED + 6))
+@pytest.mark.parametrize("seed", [SEED, SEED + 1])
 def test_resets_that_overlap_for_three_edges_of_both_clocks_suffice(periods, seed):
     crossing, draw = Crossing(periods, seed=seed), random.Random(seed)
 

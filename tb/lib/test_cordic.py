@@ -8,7 +8,8 @@ from hw.lib.cordic import accumulator_bits, cordic
 from tb.lib.operator_bench import run_operator
 
 BITS = 17
-SETTINGS = [Icu(), Icu(cordic_stages=8), Icu(cordic_stages=20, cordic_guard=8), Icu(cordic_guard=0, angle_bits=18)]
+SETTINGS = [Icu(), Icu(cordic_guard=0, angle_bits=18), *(pytest.param(icu, marks=pytest.mark.nightly) for icu in (
+    Icu(cordic_stages=8), Icu(cordic_stages=20, cordic_guard=8)))]
 
 
 def pairs():

@@ -3,14 +3,12 @@ from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
-from hypothesis import given
 
 from hw.lib.credit_gate import CreditGate
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
 from tb.lib.bench import Bench, Vectors
-from tb.lib.runner import SIMULATORS
-from tb.lib.schedules import SETTINGS, ScheduleBench, payloads, schedules
+from tb.lib.stages import Elastic
 
 SHAPE = StructLayout({"number": 8, "inverted": 8})
 ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
@@ -25,13 +23,12 @@ class Gated(wiring.Component):
         self._in, self._out = inside.flip().create(), inside.create()
         self._pipeline = Pipeline(self._in, self._out)
         self._pipeline.output(self._out.payload, self._pipeline.delay(self._pipeline.input(self._in.payload), 4))
-        self.latency = self._pipeline.latency + 1
+        self.latency, self.credits = self._pipeline.latency + 1, self._pipeline.latency + 2
 
     def elaborate(self, platform):
         m = Module()
-        credits = self._pipeline.latency + 2
-        m.submodules.gate, m.submodules.queue = gate, queue = CreditGate(SHAPE, credits=credits), Queue(
-            SHAPE, depth=credits)
+        m.submodules.gate, m.submodules.queue = gate, queue = CreditGate(SHAPE, credits=self.credits), Queue(
+            SHAPE, depth=self.credits)
         self._pipeline.add_to(m)
         wiring.connect(m, wiring.flipped(self.i), gate.i)
         wiring.connect(m, queue.o, wiring.flipped(self.o))
@@ -44,25 +41,16 @@ class Gated(wiring.Component):
 class TestCreditGate(Bench):
     """`tb.formal.lib.test_credit_gate` proves its behaviour in all cycles."""
 
-    variants, simulators = ({},), SIMULATORS[1:]
-
-    def make(self, config):
-        return Gated()
+    component, variants = Gated, ({},)
 
     def latency(self, component, config):
         return component.latency
 
+    def stages(self, component, config):
+        return [Elastic(component.latency, component.credits)]
+
     def vectors(self, config):
         return Vectors(inputs={"i": ITEMS}, expected={"o": ITEMS})
-
-
-BENCH = ScheduleBench(Gated())
-
-
-@SETTINGS
-@given(schedules({"i": payloads(SHAPE)}, ["o"]))
-def test_every_item_comes_out(schedule):
-    assert BENCH.run(schedule) == {"o": schedule.values("i")}
 
 
 @pytest.mark.parametrize(("credits", "error"), [(0, ValueError), (1.5, TypeError)])

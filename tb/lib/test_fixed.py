@@ -6,24 +6,14 @@ from golden.fixed import bit_length, limbs
 from golden.fixed import round_shift as golden_round_shift
 from hw.lib import fixed
 from tb.lib.operator_bench import run_operator
+from tb.lib.ranges import numbers
 
 COUNT = 300
 WIDTHS = [2, 3, 17, 18, 19, 36, 60]
 
 
-def draw(shape, seed=1, *, least=None):
-    """Integers of all sizes that a shape can hold, the extreme ones first."""
-    generator = np.random.default_rng(seed)
-    bits = shape.width - shape.signed
-    high = (1 << bits) - 1
-    low = -high - 1 if shape.signed else 0
-    low = low if least is None else least
-    sizes = generator.integers(0, bits + 1, COUNT)
-    values = generator.integers(0, 1 << 62, COUNT) >> (62 - sizes)
-    if shape.signed:
-        values = np.where(generator.integers(0, 2, COUNT), values, -values)
-    hard = np.array([0, 1, high, high - 1, low, low + 1, high >> 1, (high >> 1) + 1])
-    return np.clip(np.concatenate([hard, values]), low, high)
+def draw(shape, seed=1, **least):
+    return numbers(np.random.default_rng(seed), shape, COUNT, **least)
 
 
 def check(got, expected):
@@ -111,7 +101,8 @@ def test_normalise_together():
 @pytest.mark.parametrize("shape", [signed, unsigned])
 def test_shifts(width, shape):
     steps = 6
-    values, by = draw(shape(width)), np.random.default_rng(3).integers(0, 64, COUNT + 8)
+    values = draw(shape(width))
+    by = np.random.default_rng(3).integers(0, 64, len(values))
     (right, left), latency = run_operator(
         [shape(width), unsigned(steps)], [shape(width), unsigned(width)],
         lambda p, x, by: [fixed.shift_right(p, x, by, width), fixed.shift_left(p, x, by, width)], [values, by])

@@ -11,6 +11,7 @@ from hw.lib.pipeline import Pipeline
 from hw.lib.skid_buffer import SkidBuffer
 from tb.lib.bench import Bench, Vectors
 from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.stages import Elastic, Rigid
 
 PAIR = StructLayout({"x": 8, "y": 8})
 TABLE = [k * 37 % 256 for k in range(256)]
@@ -99,6 +100,9 @@ class TestMixed(Bench):
     def latency(self, component, config):
         return component.latency
 
+    def stages(self, component, config):
+        return [Rigid(component.latency)] if self.stalls else [Elastic(component.latency)]
+
     def vectors(self, config):
         return Vectors(inputs={"i": ITEMS}, expected={"o": results(ITEMS)})
 
@@ -112,6 +116,9 @@ class TestBuffered(TestMixed):
 
     def make(self, config):
         return Buffered()
+
+    def stages(self, component, config):
+        return [Rigid(component.latency - 1), Elastic(1, 2)]
 
 
 def test_keep_and_before():

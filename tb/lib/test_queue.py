@@ -3,7 +3,6 @@ from amaranth.lib.data import StructLayout
 
 from hw.lib.queue import Queue
 from tb.lib.bench import Bench, Vectors
-from tb.lib.runner import SIMULATORS
 
 SHAPE = StructLayout({"number": 8, "inverted": 8})
 ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
@@ -12,10 +11,7 @@ ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
 class TestQueue(Bench):
     """`tb.formal.lib.test_queue` proves its behaviour in all cycles."""
 
-    variants, simulators = ({},), SIMULATORS[1:]
-
-    def make(self, config):
-        return Queue(SHAPE, depth=5)
+    component, arguments, variants = Queue, {"shape": SHAPE, "depth": 5}, ({},)
 
     def vectors(self, config):
         return Vectors(inputs={"i": ITEMS}, expected={"o": ITEMS})

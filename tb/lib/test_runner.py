@@ -24,6 +24,7 @@ def simulation(tmp_path, monkeypatch):
     return run
 
 
+@pytest.mark.icarus
 def test_the_same_text_is_built_once(simulation):
     for _ in range(2):
         builds, folder = simulation()
@@ -33,6 +34,7 @@ def test_the_same_text_is_built_once(simulation):
     assert len(set(builds)) == 2
 
 
+@pytest.mark.icarus
 def test_a_build_that_is_gone_is_made_again(simulation, monkeypatch):
     monkeypatch.setattr(runner, "_MOST_BYTES", 1)
     builds, folder = simulation()
@@ -42,6 +44,7 @@ def test_a_build_that_is_gone_is_made_again(simulation, monkeypatch):
     assert builds[2] == builds[0]
 
 
+@pytest.mark.icarus
 def test_an_interrupted_build_is_made_again(simulation, monkeypatch):
     """Whatever the compiler had written when it was killed."""
     def killed(self, build_dir, **options):

@@ -6,58 +6,12 @@ from amaranth.lib.wiring import In, Out
 from hypothesis import find, given
 from hypothesis import strategies as st
 
-from hw.lib.arbiter import Arbiter, ArbiterPolicy
-from hw.lib.fork import Fork
 from hw.lib.queue import Queue
-from hw.lib.skid_buffer import SkidBuffer
 from tb.formal.negative_control import NegativeControl
 from tb.lib.payload import pack, unpack
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads, schedules
 
 SHAPE = StructLayout({"number": 4, "inverted": 4})
-COUNT = 3
-ONE_TO_ONE = {"queue of 1": Queue(SHAPE, depth=1), "queue of 3": Queue(SHAPE, depth=3),
-              "skid buffer": SkidBuffer(SHAPE)}
-ARBITERS = {policy.name: Arbiter(SHAPE, count=COUNT, policy=policy) for policy in ArbiterPolicy}
-
-
-@pytest.mark.parametrize("name", ONE_TO_ONE)
-def test_every_input_item_comes_out(name):
-    bench = ScheduleBench(ONE_TO_ONE[name], ["i"], ["o"])
-
-    @SETTINGS
-    @given(schedules({"i": payloads(SHAPE)}, ["o"]))
-    def run(schedule):
-        assert bench.run(schedule) == {"o": schedule.values("i")}
-
-    run()
-
-
-def test_fork():
-    outputs = [f"o__{k}" for k in range(COUNT)]
-    bench = ScheduleBench(Fork(SHAPE, count=COUNT), ["i"], outputs)
-
-    @SETTINGS
-    @given(schedules({"i": payloads(SHAPE)}, outputs))
-    def run(schedule):
-        assert bench.run(schedule) == dict.fromkeys(outputs, schedule.values("i"))
-
-    run()
-
-
-@pytest.mark.parametrize("policy", ARBITERS)
-def test_arbiter(policy):
-    inputs = [f"i__{k}" for k in range(COUNT)]
-    bench = ScheduleBench(ARBITERS[policy], inputs, ["o"])
-
-    @SETTINGS
-    @given(schedules({name: payloads(SHAPE) for name in inputs}, ["o"], most=10))
-    def run(schedule):
-        came = bench.run(schedule)["o"]
-        assert [[entry["item"] for entry in came if entry["source"] == k] for k in range(COUNT)] == [
-            schedule.values(name) for name in inputs]
-
-    run()
 
 
 def fails(bench):

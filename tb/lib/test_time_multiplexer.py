@@ -1,4 +1,4 @@
-from itertools import pairwise
+from itertools import pairwise, repeat
 
 import pytest
 from amaranth.lib.data import ArrayLayout, StructLayout
@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from hw.lib.time_multiplexer import TimeMultiplexer
 from tb.lib.bench import Bench, Vectors
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads
+from tb.lib.stages import Elastic, Expand
 
 SHAPE = StructLayout({"number": 8, "inverted": 8})
 ITEMS = [{"number": k, "inverted": ~k & 255} for k in range(60)]
@@ -20,20 +21,16 @@ def phases(items, count):
 
 
 class PhaseBench(Bench):
-    variants = ({},)
+    component, variants = TimeMultiplexer, ({},)
 
     def __init__(self, count):
-        self.interval = count
-
-    def make(self, config):
-        return TimeMultiplexer(SHAPE, count=self.interval)
+        self.interval, self.arguments = count, {"shape": SHAPE, "count": count}
 
     def vectors(self, config):
         return Vectors(inputs={"i": ITEMS}, expected={"o": phases(ITEMS, self.interval)})
 
-    def check_times(self, given, cycles, latency):
-        assert {b - a for a, b in pairwise(cycles["o"])} == {1}
-        assert cycles["o"][0] - cycles["i"][0] == latency
+    def stages(self, component, config):
+        return [Elastic(component.latency), Expand(repeat(self.interval))]
 
 
 @pytest.mark.parametrize("count", COUNTS)

@@ -7,15 +7,12 @@ from tb.lib.bench import Bench, Vectors
 
 
 class UpdateMemoryBench(Bench):
-    variants = ({},)
+    component, variants = UpdateMemory, ({},)
 
     def __init__(self, depth):
-        self._depth = depth
-
-    def make(self, config):
         # Odd operands add, others leave the row.
-        return UpdateMemory(16, depth=self._depth, operand=16, tag=12,
-                            change=lambda old, operand: (old + operand, operand[0]))
+        self._depth, self.arguments = depth, {"shape": 16, "depth": depth, "operand": 16, "tag": 12,
+                                              "change": lambda old, operand: (old + operand, operand[0])}
 
     def vectors(self, config):
         """Rows that are hit again after every number of cycles."""

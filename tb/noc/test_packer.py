@@ -1,50 +1,62 @@
-import pytest
+import random
+
+from amaranth.hdl import Shape
 from amaranth.lib.data import StructLayout
-from hypothesis import given
 
 from golden.config import PRESETS
 from golden.noc.packing import CHECK_BITS, pack_flits
 from hw.noc.packer import Packer
-from tb.lib.payload import pack
-from tb.lib.schedules import SETTINGS, ScheduleBench, payloads, schedules
+from tb.lib.bench import Bench, Vectors
+from tb.lib.payload import pack, unpack
+from tb.lib.stages import Expand
 
 BITS = 32
 HEADER, BODY = StructLayout({"destination": 3, "source": 3, "number": 40}), StructLayout({"a": 20, "b": 13})
-# Bodies of a packet, check.
-CASES = [(0, "crc"), (1, "none"), (3, "parity")]
+PACKETS = 30
 
 
-def packets(items, bodies, method):
-    """The flits of items, each packet with the header of its items."""
-    config, flits = PRESETS["small"].replace({"noc.flit_bits": BITS, "noc.check": method}), []
-    group = max(1, bodies)
-    for first in range(0, len(items) - group + 1, group):
-        parts = [(pack(HEADER, items[first]["header"]), HEADER.size)]
-        parts += [(pack(BODY, item["body"]), BODY.size) for item in items[first:first + bodies]]
-        flits += [{"data": data, "first": int(start), "last": int(end)}
-                  for data, start, end in pack_flits(config, parts)]
-    return flits
+def flits_of(header, bodies, method):
+    """The flits of a packet."""
+    config = PRESETS["small"].replace({"noc.flit_bits": BITS, "noc.check": method})
+    parts = [(pack(HEADER, header), HEADER.size), *((pack(BODY, body), BODY.size) for body in bodies)]
+    return [{"data": data, "first": int(first), "last": int(last)} for data, first, last in pack_flits(config, parts)]
 
 
-@pytest.mark.parametrize(("bodies", "method"), CASES)
-def test_flits_are_those_of_golden(bodies, method):
-    bench = ScheduleBench(Packer(HEADER, BODY, bodies=bodies, bits=BITS, method=method), ["i"], ["o"])
-    item = payloads(StructLayout({"header": HEADER, "body": BODY}))
+class TestPacker(Bench):
+    """Packets of a header and a body."""
 
-    @SETTINGS
-    @given(schedules({"i": item}, ["o"]))
-    def check(schedule):
-        # Items of one packet have one header.
-        for index, (_, value) in enumerate(schedule.items["i"]):
-            value["header"] = schedule.items["i"][index - index % max(1, bodies)][1]["header"]
-        expected = packets(schedule.values("i"), bodies, method)
-        found = bench.run(schedule)["o"]
-        # The remaining flits are of an incomplete packet.
-        assert found[:len(expected)] == expected
-        assert sum(one["last"] for one in found) == sum(one["last"] for one in expected)
+    component, variants, splits = Packer, ({},), False
+    arguments = {"header": HEADER, "body": BODY, "bodies": 1, "bits": BITS, "method": "none"}
 
-    check()
+    def vectors(self, config):
+        draw, bodies = random.Random(3), self.arguments["bodies"]
+
+        def value(shape, number):
+            """All zeros, all ones, or drawn."""
+            width = Shape.cast(shape).width
+            return unpack(shape, (0, (1 << width) - 1, draw.getrandbits(width))[min(number, 2)])
+
+        packets = [(value(HEADER, k), [value(BODY, k) for _ in range(bodies)]) for k in range(PACKETS)]
+        return Vectors(
+            inputs={"i": [{"header": header, "body": body} for header, given in packets for body in given or [{}]]},
+            expected={"o": [flit for header, given in packets
+                            for flit in flits_of(header, given, self.arguments["method"])]})
+
+    def stages(self, component, config):
+        """An item is accepted with its last flit; those of the header are of the first item of a packet."""
+        header, body = (-(-shape.size // BITS) for shape in (HEADER, BODY))
+        bodies = self.arguments["bodies"]
+        packet = [header + body, *[body] * (bodies - 1)] if bodies else [header]
+        return [Expand(packet * PACKETS, holds=True)]
 
 
-def test_cases_are_all_checks():
-    assert {method for _, method in CASES} == CHECK_BITS.keys()
+class TestRequests(TestPacker):
+    arguments = {**TestPacker.arguments, "bodies": 0, "method": "crc"}
+
+
+class TestReplies(TestPacker):
+    arguments = {**TestPacker.arguments, "bodies": 3, "method": "parity"}
+
+
+def test_all_checks_are_tried():
+    assert {bench.arguments["method"] for bench in (TestPacker, TestRequests, TestReplies)} == CHECK_BITS.keys()

@@ -10,7 +10,7 @@ from hw.lib.arbiter import ArbiterPolicy
 from hw.lib.credit_gate import CreditGate
 from hw.noc import network_interface, output_port
 from hw.noc.patch_network import PatchNetwork
-from tb.lib.runner import SIMULATORS, simulate
+from tb.lib.runner import ICARUS, simulate
 from tb.lib.timing import documented_latency
 
 TESTS = ("all_are_answered", "a_stalled_cluster_blocks_no_other")
@@ -32,7 +32,7 @@ def run(name, config, tests, *, simulator, requests, progress=True):
              config=config, requests=requests, progress=progress)
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS[1:])
+@pytest.mark.parametrize("simulator", [ICARUS])
 @pytest.mark.parametrize("name", NETWORKS)
 def test_full_networks_drain_and_a_stalled_cluster_blocks_no_other(name, simulator):
     run(name, NETWORKS[name], TESTS, simulator=simulator, requests=10)
@@ -49,7 +49,7 @@ class _TooManyCredits(CreditGate):
         super().__init__(shape, credits=8 * credits)
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS[1:])
+@pytest.mark.parametrize("simulator", [ICARUS])
 def test_requests_without_reserved_entries_block_others(monkeypatch, simulator):
     monkeypatch.setattr(network_interface, "CreditGate", _TooManyCredits)
     run("greedy", NETWORKS["two"], TESTS[1:], simulator=simulator, requests=30, progress=False)

@@ -1,21 +1,21 @@
-from itertools import pairwise
+import random
+from itertools import cycle
 
 import pytest
 from amaranth.lib.data import StructLayout
-from hypothesis import given
-from hypothesis import strategies as st
 
 from golden.config import PRESETS
 from golden.noc.packing import check, pack_flits
 from hw.noc.network_fault import NetworkFault
 from hw.noc.unpacker import Unpacker
-from tb.lib.payload import pack
-from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads, schedules
+from tb.lib.bench import Bench, Vectors
+from tb.lib.payload import pack, unpack
+from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.stages import Gather
 
 BITS, NODE, METHOD = 32, 5, "crc"
 HEADER, BODY = StructLayout({"destination": 3, "source": 3, "number": 40}), StructLayout({"a": 20, "b": 13})
 CONFIG = PRESETS["small"].replace({"noc.flit_bits": BITS, "noc.check": METHOD})
-PACKET = st.tuples(payloads(HEADER), st.lists(payloads(BODY), min_size=2, max_size=2))
 
 
 def flits(header, bodies):
@@ -27,36 +27,37 @@ def make(bodies):
     return Unpacker(HEADER, BODY, bodies=bodies, bits=BITS, method=METHOD, node=NODE)
 
 
-@pytest.mark.parametrize("bodies", [0, 2])
-def test_items_are_those_that_were_packed(bodies):
-    bench = ScheduleBench(make(bodies), ["i"], ["o"])
+class TestUnpacker(Bench):
+    """Items are those that were packed, each in the cycle of its last flit."""
 
-    @SETTINGS
-    @given(st.lists(PACKET, max_size=4), schedules({}, ["i", "o"]))
-    def run(packets, schedule):
-        words = [flit for header, given_bodies in packets for flit in flits(header, given_bodies[:bodies])]
-        idle = iter(schedule.stalls["i"])
-        found = bench.run(Schedule(items={"i": [(next(idle, 0), word) for word in words]},
-                                   stalls={"o": schedule.stalls["o"]}))["o"]
-        assert [item["header"] for item in found] == [header for header, _ in packets for _ in range(max(1, bodies))]
-        if bodies:
-            assert [item["body"] for item in found] == [body for _, both in packets for body in both]
+    component, variants, splits, bodies = Unpacker, ({},), False, 2
 
-    run()
+    def make(self, config):
+        return make(self.bodies)
+
+    def vectors(self, config):
+        draw = random.Random(4)
+        packets = [tuple([unpack(shape, draw.getrandbits(shape.size)) for _ in range(count)]
+                         for shape, count in ((HEADER, 1), (BODY, self.bodies))) for _ in range(30)]
+        return Vectors(
+            inputs={"i": [flit for (header,), given in packets for flit in flits(header, given)]},
+            expected={"o": [{"header": header, "body": body} for (header,), given in packets
+                            for body in given or [None]]})
+
+    def stages(self, component, config):
+        header, body = (-(-shape.size // BITS) for shape in (HEADER, BODY))
+        return [Gather(cycle([header + body, *[body] * (self.bodies - 1)] if self.bodies else [header]))]
+
+
+class TestRequests(TestUnpacker):
+    bodies = 0
 
 
 def faults(words):
     """The fault after each flit, when one is accepted in each cycle."""
-    dut, found = make(2), []
-    bench = ScheduleBench(dut, ["i"], ["o"])
-
-    async def watch(ctx):
-        async for *_, valid, ready, fault in ctx.tick().sample(dut.i.valid, dut.i.ready, dut.fault):
-            found.append((valid & ready, fault))
-
-    bench._simulator.add_process(watch)
-    bench.run(Schedule(items={"i": [(0, word) for word in words]}, stalls={"o": []}))
-    return [after for (moves, _), (_, after) in pairwise(found) if moves]
+    bench = ScheduleBench(make(2), watched=["fault"])
+    bench.run(Schedule(items={"i": [(0, word) for word in words]}))
+    return [NetworkFault(bench.history["fault"][cycle]) for cycle in bench.cycles["i"]]
 
 
 HEADERS = {"destination": NODE, "source": 1, "number": 3}
