@@ -1,17 +1,11 @@
-from itertools import pairwise
+import numpy as np
 
-import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-
-from hw.icu.icu_formats import IcuFormats
 from hw.icu.ray_issue import RayIssue
-from tb.lib.configurations import config_of
-from tb.lib.coverage import Coverage
-from tb.lib.schedules import SETTINGS, ScheduleBench, payloads, schedules
-from tb.lib.timing import documented_latency
+from tb.icu.vectors import assert_all_occur
+from tb.lib.bench import Bench, Vectors
+from tb.lib.stages import Elastic, Expand, Rigid
 
-FIRST_COLUMN, FIRST_ROW = 9, 70
+COUNT, FIRST_COLUMN, FIRST_ROW = 120, 9, 70
 
 
 def rays(masks, config):
@@ -26,52 +20,42 @@ def rays(masks, config):
                    "column": column + FIRST_COLUMN & last_index, "row": row + FIRST_ROW & last_index,
                    "last": mask["last"] & (lane == found[-1])}
         if not found:
-            yield {"slot": mask["slot"], "is_ray": 0, "last": mask["last"]}
+            yield {"slot": mask["slot"], "is_ray": 0, "last": mask["last"], "ray": None, "column": None, "row": None}
 
 
-def masks_of(config):
-    """Masks of which many are empty, full, or of one ray."""
-    shape, lanes = IcuFormats(config).tile_rays, 1 << 2 * config.icu.tile_bits
-    mask = st.one_of(st.just(0), st.sampled_from((1, 1 << lanes - 1, (1 << lanes) - 1)),
-                     st.integers(0, (1 << lanes) - 1))
-    return st.builds(lambda item, mask: {**item, "mask": mask}, payloads(shape), mask)
+def masks(config):
+    """Masks of which many are empty, full, or of one ray; indices go round where the section's first ones are added."""
+    draw, icu, lanes = np.random.default_rng(2), config.icu, 1 << 2 * config.icu.tile_bits
+    tiles = 1 << icu.side_bits - icu.tile_bits
+    numbers = [0, 1, 1 << lanes - 1, (1 << lanes) - 1]
+    found = []
+    for number in range(COUNT):
+        mask = numbers[draw.integers(4)] if number % 2 else int.from_bytes(draw.bytes(8)) & (1 << lanes) - 1
+        column, row = (int(value) if number % 3 else tiles - 1 for value in draw.integers(tiles, size=2))
+        found.append({"slot": number % icu.slots, "tile": number, "tile_column": column, "tile_row": row,
+                      "last": int(draw.integers(2)), "mask": mask})
+    return found
 
 
-@pytest.mark.parametrize("tile_bits", [1, 2, 3])
-def test_every_ray_once_and_no_cycle_more(tile_bits):
-    config = config_of({"icu.tile_bits": tile_bits})
-    issue, full = RayIssue(config=config), (1 << (1 << 2 * tile_bits)) - 1
-    bench = ScheduleBench(issue, ["i"], ["o"])
-    coverage = Coverage(["no ray", "one ray", "all rays", "last with rays", "last without rays", "not the last",
-                         "masks without a gap", "mask waits"])
+class TestRayIssue(Bench):
+    component, variants, splits = RayIssue, [{"icu.tile_bits": bits} for bits in (1, 2, 3)], False
 
-    @SETTINGS
-    @given(schedules({"i": masks_of(config)}, [], most=10))
-    def run(schedule):
-        came = bench.run(schedule, first_column=FIRST_COLUMN, first_row=FIRST_ROW)["o"]
-        given = schedule.values("i")
-        expected = list(rays(given, config))
-        assert [{name: item[name] for name in required}
-                for item, required in zip(came, expected, strict=True)] == expected
-        # A mask of n rays takes max(n, 1) cycles, as soon as those of the mask before are over.
-        taken = bench.cycles["i"]
-        counts = [max(mask["mask"].bit_count(), 1) for mask in given]
-        cycles, begins = [], []
-        for count, cycle in zip(counts, taken, strict=True):
-            begins.append(max([cycle + issue.latency, *(last + 1 for last in cycles[-1:])]))
-            cycles += range(begins[-1], begins[-1] + count)
-        assert bench.cycles["o"] == cycles
-        coverage.hit_all({
-            "no ray": [not mask["mask"] for mask in given],
-            "one ray": [mask["mask"].bit_count() == 1 for mask in given],
-            "all rays": [mask["mask"] == full for mask in given],
-            "last with rays": [mask["last"] and mask["mask"] > 0 for mask in given],
-            "last without rays": [mask["last"] and not mask["mask"] for mask in given],
-            "not the last": [not mask["last"] for mask in given],
-            "masks without a gap": [b - a == count for (a, b), count in zip(pairwise(begins), counts, strict=False)],
-            "mask waits": [idle == 0 and b - a > 1 for (idle, _), (a, b) in zip(schedule.items["i"][1:],
-                                                                                pairwise(taken), strict=True)]})
+    def vectors(self, config):
+        given = masks(config)
+        return Vectors(ports={"first_column": FIRST_COLUMN, "first_row": FIRST_ROW}, inputs={"i": given},
+                       expected={"o": list(rays(given, config))})
 
-    run()
-    coverage.check()
-    assert issue.latency == documented_latency(RayIssue, config)
+    def stages(self, component, config):
+        """A mask waits, one is being issued, and rays have two further cycles."""
+        counts = (max(1, mask["mask"].bit_count()) for mask in self.now.inputs["i"])
+        return [Rigid(1), Rigid(1), Expand(counts, holds=True), Elastic(component.latency - 2)]
+
+
+def test_the_masks_hold_every_case():
+    config = TestRayIssue().config()
+    counts, last = (np.array(values) for values in zip(*(
+        (mask["mask"].bit_count(), mask["last"]) for mask in masks(config)), strict=True))
+    lanes = 1 << 2 * config.icu.tile_bits
+    assert_all_occur({"no ray": counts == 0, "one ray": counts == 1, "all rays": counts == lanes,
+                      "last with rays": (counts > 0) & (last > 0), "last without rays": (counts == 0) & (last > 0),
+                      "not the last": last == 0, "a short mask after a long one": (counts[1:] < 2) & (counts[:-1] > 2)})
