@@ -4,6 +4,7 @@ from amaranth.lib.wiring import In
 
 from hw.icu.patch_queue import PatchQueue
 from tb.lib.bench import Bench, Vectors
+from tb.lib.responder import responder
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.stages import Elastic, Gate, passage
 
@@ -32,11 +33,18 @@ class TestPatchQueue(Bench):
     """Every vertex comes out with its slot and index; the first one of a patch when a slot is free."""
 
     component, changes, variants, splits = Slotted, {"icu.slots": SLOTS}, ({},), False
+    # Until all slots are free.
+    idle_limit = 100
 
     def vectors(self, config):
         vertices = [{"patch": k // 4, "surface": -(k // 4), "vertex": [k, 2 * k, 3 * k]} for k in range(8 * SLOTS)]
-        return Vectors(inputs={"i": vertices, "i_free": [0] * (2 * SLOTS)}, expected={"o": [
+        return Vectors(inputs={"i": vertices}, expected={"o": [
             {"slot": k // 4 % SLOTS, "index": k % 4, "item": vertex} for k, vertex in enumerate(vertices)]})
+
+    @responder("o", "i_free", after=(40, 90))
+    def free(self, vertex):
+        """Patches take so long that all slots are taken."""
+        return [0] * (vertex["index"] == 3)
 
     def latency(self, component, config):
         return component.latency

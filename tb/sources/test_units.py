@@ -14,10 +14,8 @@ pytestmark = pytest.mark.xdist_group("sources")
 TESTED_IN = {
     "hw/cluster.py": ("tb/system/test_engine.py", "JobMachine"),
     "hw/control/descriptor_check.py": ("tb/control/test_job_dispatch.py", "JobDispatch"),
-    "hw/ctu/cell_number.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/square_scan.py": ("tb/ctu/test_survival.py", "Survival"),
-    "hw/ctu/subshell_table.py": ("tb/ctu/test_subshell_generator.py", ""),
     "hw/icu/intersection_pipeline.py": ("tb/icu/test_intersection_unit.py", "IntersectionUnit"),
     "hw/lib/black_box.py": ("tb/docs/test_architecture.py", ""),
     "hw/lib/longest_waiting.py": ("tb/formal/lib/test_arbiter.py", "LONGEST_WAITING"),
