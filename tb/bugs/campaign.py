@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from golden.errors import InputError
 from tb.bugs.drawing import PACKAGES, Bug, candidates, strata
 from tb.bugs.nearness import change_detectors, commit_marks, folder_tests, near_tests, simulated, simulator_marks
 from tb.bugs.tree import Tree
@@ -108,7 +109,7 @@ class Campaign:
                 self._bugs[number] = bug
                 break
             else:
-                raise RuntimeError(f"No bug of {self._strata[number]} counts: {refused[-1:]}")
+                raise RuntimeError(f"Bugs of {self._strata[number]} that count must be some, not none: {refused[-1:]}")
         return self._bugs[number]
 
     def _tests(self, bug, stage):
@@ -151,9 +152,16 @@ class Campaign:
         """CPU seconds of a test without a bug, or None if it fails."""
         if test not in self._clean:
             self._tree.inject()
-            done = self._tree.run([test], limit=STAGES["commit"])
+            done = self._run([test])
             self._note({"clean": test, "seconds": None if done.failed else done.seconds})
         return self._clean[test]
+
+    def _run(self, tests):
+        """Run tests that failed with some bugs; of names that are not there without them the files."""
+        try:
+            return self._tree.run(tests, limit=STAGES["commit"])
+        except InputError:
+            return self._tree.run(sorted({test.partition("::")[0] for test in tests}), limit=STAGES["commit"])
 
     def _end(self, number, stage, killer, seconds, limited=False):
         self._note({"number": number, "stage": stage, "killer": killer, "seconds": round(seconds, 1),
@@ -176,7 +184,7 @@ class Campaign:
             seconds, killed = dict.fromkeys(pool, done.seconds / len(pool)), {}
             for number in pool if failed else ():
                 self._tree.inject(bugs[number])
-                alone = self._tree.run(failed, limit=STAGES[stage])
+                alone = self._run(failed)
                 seconds[number] += alone.seconds
                 if alone.failed:
                     killed[number] = alone.failed[0]

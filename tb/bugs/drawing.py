@@ -7,18 +7,20 @@ import heapq
 import random
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from itertools import count, islice
+from itertools import islice
 from pathlib import Path
 
 from tb.bugs.guards import guarded, guards
 from tb.bugs.rules import changes
 from tb.bugs.source import FUNCTIONS, Source
 
-__all__ = ["LEAST", "Bug", "candidates", "strata", "stratum_of"]
+__all__ = ["LEAST", "PACKAGES", "Bug", "candidates", "strata", "stratum_of"]
 
 PACKAGES = ("golden", "hw", "radiosity")
 # The share of the smallest folder.
 LEAST = 0.01
+# After so many a folder has no bug that counts.
+_DRAWS = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +107,7 @@ def candidates(root: Path, files: dict[str, int], stratum: str, number: int, see
     """
     draw = random.Random(f"{seed} {number}")
     paths = sorted(path for path in files if stratum_of(path) == stratum)
-    for _ in count():
+    for _ in range(_DRAWS):
         path = draw.choices(paths, [files[path] for path in paths])[0]
         source = Source(path, (root / path).read_text())
         by_rule = {}

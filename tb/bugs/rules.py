@@ -120,8 +120,7 @@ def _operators(source: Source, node) -> Iterator:
 
 def _constants(source: Source, node) -> Iterator:
     if isinstance(node, ast.Constant) and type(node.value) is int:
-        outer = source.parent[node]
-        if isinstance(outer, ast.UnaryOp) or (isinstance(outer, ast.Constant | ast.Compare) and "." in source.of(node)):
+        if isinstance(source.parent[node], ast.UnaryOp):
             return
         form = hex if source.of(node).startswith("0x") else str
         yield form(node.value + 1)
@@ -164,7 +163,7 @@ def _conditions(source: Source, node) -> Iterator:
             yield "True", "expression", source.span(one)
     elif isinstance(node, ast.If) and not node.orelse and isinstance(node.body[0], _CHECKED) and len(node.body) == 1:
         yield "False", "expression", source.span(node.test)
-    elif _is_hardware_condition(node) == "If" and not isinstance(node.args[0], ast.BinOp):
+    elif isinstance(node, ast.Call) and ast.unparse(node.func) == "m.If" and not isinstance(node.args[0], ast.BinOp):
         yield "1", "expression", source.span(node.args[0])
 
 
@@ -279,12 +278,6 @@ def _is_called(source, node):
 def _domain(node):
     """Whether a statement adds to a domain of a module."""
     return isinstance(node, ast.AugAssign) and re.match(r"m\.d\b", ast.unparse(node.target)) is not None
-
-
-def _is_hardware_condition(node):
-    """The kind of a condition of a module, "" if it is something else."""
-    is_call = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and len(node.args) == 1
-    return node.func.attr if is_call and ast.unparse(node.func) in ("m.If", "m.Elif") else ""
 
 
 def _written(statement):

@@ -120,6 +120,8 @@ class ScriptedTree:
 
     def run(self, tests, *, marks="", limit, most=1, without=()):
         """Failures of what runs."""
+        if not self.bugs and any(test.endswith("[drawn]") for test in tests):
+            raise InputError("pytest ends with 4")
         self.runs.append(tuple(bug.number for bug in self.bugs))
         failing = self._clean | {test for bug in self.bugs for test in self._fails.get(bug.number, ())}
         found = [test for test in sorted(failing)
@@ -135,8 +137,8 @@ def run(root, record, fails, upto="detectors", **given):
 
 
 def test_each_bug_meets_stages_until_it_is_killed(root, tmp_path):
-    near = {0: ["tb/golden/test_sums.py::a", "tb/icu/test_unit.py::a"], 1: ["tb/system/test_machine.py::a"],
-            2: ["tb/docs/test_pages.py::a"]}
+    near = {0: ["tb/golden/test_sums.py::a[drawn]", "tb/icu/test_unit.py::a[drawn]"],
+            1: ["tb/system/test_machine.py::a"], 2: ["tb/docs/test_pages.py::a"]}
     found, tree = run(root, tmp_path / "r.jsonl", near)
     assert [found[number].get("stage") for number in range(8)] == ["near", "commit", "detectors", *[None] * 5]
     assert all(one["rule"] != "constants" for one in found.values())
