@@ -160,7 +160,8 @@ class Engine(wiring.Component):
                 reply.valid.eq(beat.valid & mine & ~stops),
                 *(reply.payload[name].eq(beat.payload[name]) for name in ("data", "last", "error"))]
             if tag is None:
-                m.d.comb += reply.payload.tag.eq(beat.payload.tag)
+                # Tags of the others are wider.
+                m.d.comb += reply.payload.tag.eq(beat.payload.tag[:len(reply.payload.tag)])
             with m.If(mine & reply.ready):
                 m.d.comb += beat.ready.eq(1)
         wiring.connect(m, port.axi, wiring.flipped(self.axi))
@@ -176,7 +177,9 @@ class Engine(wiring.Component):
             port.i_write_data.payload.strobe.eq(Mux(stops, 0, writes.o_data.payload.strobe)),
             writes.i_written.valid.eq(port.o_written.valid & ~stops),
             port.o_written.ready.eq(writes.i_written.ready | stops),
-            *(writes.i_written.payload[name].eq(port.o_written.payload[name]) for name in ("tag", "error"))]
+            # Tags of reads may be wider.
+            writes.i_written.payload.tag.eq(port.o_written.payload.tag[:len(writes.i_written.payload.tag)]),
+            writes.i_written.payload.error.eq(port.o_written.payload.error)]
         sources = [(cluster.o_write, cluster.o_write_data, cluster.i_written) for cluster in blocks.clusters]
         sources.append((completions.o_request, completions.o_data, completions.i_written))
         for number, (request, data, written) in enumerate(sources):
@@ -216,7 +219,7 @@ class Engine(wiring.Component):
         # Known after the header, and stable until the next load of cells.
         with m.If(load.busy & takes):
             m.d.sync += [
-                *(kept_scene[name].eq(table["count"]) for name, table in tables.items()),
+                *(kept_scene[name].eq(table["count"][:len(kept_scene[name])]) for name, table in tables.items()),
                 *(kept_bases[name].eq(table.address) for name, table in tables.items())]
         m.d.comb += [scene.eq(kept_scene), interface.bases.eq(kept_bases)]
         # The caches are emptied after each load of cells; a request waits for it.

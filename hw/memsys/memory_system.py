@@ -336,7 +336,7 @@ class MemorySystem(wiring.Component):
         wiring.connect(m, store.o_stored, merge.i[1])
         wiring.connect(m, store.o_passed, merge.i[2])
         is_old = Signal(init=1)
-        m.d.comb += [lost.i.valid.eq(bus.lost_patch), lost.i.payload.eq(bus.number)]
+        m.d.comb += [lost.i.valid.eq(bus.lost_patch), lost.i.payload.eq(bus.number[:len(lost.i.payload)])]
         with m.If(store.i_start.valid & store.i_start.ready):
             m.d.sync += is_old.eq(0)
         with m.If(self.i_load_cells.valid | self.i_load_types.valid | self.i_load_geometry.valid):

@@ -2,6 +2,7 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import pytest
 from amaranth.hdl import Module, Signal
@@ -44,7 +45,12 @@ def test_constraints_are_of_the_verilogs_ports(tmp_path):
 @pytest.mark.parametrize(("more", "options"), [
     ([], NEXTPNR), (["--nextpnr", ""], ()), (["--nextpnr", "--placer 'static'"], ("--placer", "static"))])
 def test_options_replace_the_default(more, options, monkeypatch, tmp_path):
+    """Without the tools and the Verilog, which have nothing to do with them."""
     found = []
+    files = dict.fromkeys(("top.lpf", "top.debug.v", "top.il"), "")
+    monkeypatch.setattr("hw.board.ulx3s.ULX3S_85F_Platform.prepare", lambda *_, **__: SimpleNamespace(files=files))
+    monkeypatch.setattr("hw.synthesis.flow.tool_versions", lambda: "tools")
+    monkeypatch.setattr("hw.synthesis.flow.check_options", lambda *_, **__: None)
     monkeypatch.setattr("hw.board.ulx3s.bitstream", lambda *_, **given: found.append(given) or (
         Area(lut=1, ff=2, dsp=3, bram=4), Clock(seed=5, mhz=60.0, path="a path")))
     result = CliRunner().invoke(hw.cli.main, ["board", "-o", str(tmp_path), "--seed", "5", *more])

@@ -65,7 +65,6 @@ ELSEWHERE = {
     "tb.system.ray_campaign": [("tb/system/test_ray_campaign.py", "test_no_ray_differs", "cast_campaign(")],
     "-m tb.lib.cpu_times": [("tb/lib/test_cpu_times.py", "test_tenths_share_out_all_seconds_from_the_largest_folder_on",
                              "tenths(")],
-    "tb.package.test_core_record": [("tb/package/test_core_record.py", "test_files_of_a_core", "files(")],
     "tb.system.cycles": [("tb/system/test_cycles.py", "test_cycles_stay", "cycles_of(")],
     r"(^|-m )pytest": [],
 }

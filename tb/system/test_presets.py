@@ -1,0 +1,61 @@
+"""All presets are elaborated: what is connected is as wide at both ends, and every tag has its bits.
+
+Simulations of a commit have few clusters, where a tag that is a bit too narrow is as wide as it must be.
+"""
+
+import pytest
+from amaranth.hdl import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from golden.config import PRESETS
+from hw.cluster import Cluster
+from hw.engine import Engine
+from tb.system import truncations as module
+from tb.system.truncations import truncations
+
+# These take fields from words of memory, and narrow sums and products whose other bits are known.
+FIELDS = {f"hw/{folder}/{name}.py" for folder, names in {
+    "control": ("descriptor_fetch", "frustum_load", "frustum_slot", "job_control", "job_dispatch",
+        "load_control"),
+    "ctu": ("ct_ray_generator", "near_window", "row_arcs", "stage_rows", "subshell_generator"),
+    "icu": ("edge_planes", "inverse_distance_bound", "patch_sums", "ray_direction", "sbb"),
+    "lib": ("generations", "pipeline"),
+    "memsys": ("burst_splitter", "cell_fetch", "cell_table", "filter", "image_header", "local_bus_interface",
+        "local_patch_geometry", "patch_decoder", "patch_table", "patch_type_memory", "preload_dma",
+        "system_bus_interface", "table_load"),
+    "noc": ("unpacker",),
+    "registers": ("registers",),
+}.items() for name in names}
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_no_bit_is_lost_unsaid(preset):
+    config = PRESETS[preset]
+    found = truncations(Engine(config=config, black_boxes=True), Cluster(config=config))
+    assert {name: lines for name, lines in found.items() if name not in FIELDS} == {}
+    assert found.keys() >= FIELDS, "files that lose no bits any more"
+
+
+class Narrow(wiring.Component):
+    """Loses a bit of a port, with or without saying so, and a number that has more bits than its tag."""
+
+    def __init__(self, *, says):
+        self._says = says
+        super().__init__({"i": In(4), "o": Out(3), "is_last": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        count = Signal(3)
+        m.d.sync += count.eq(count + 1)
+        value, last = (self.i[:3], 7) if self._says else (self.i, 8)
+        m.d.comb += [self.o.eq(value), self.is_last.eq(count == last)]
+        return m
+
+
+@pytest.mark.parametrize("says", [False, True])
+def test_a_lost_bit_and_a_number_out_of_range_are_found(says, monkeypatch):
+    """A wrapping counter is none."""
+    monkeypatch.setattr(module, "_SOURCES", module._ROOT / "tb")
+    found = truncations(Narrow(says=says))
+    assert [len(lines) for lines in found.values()] == ([] if says else [2])
