@@ -1,3 +1,5 @@
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -170,9 +172,25 @@ def test_neighbours_are_the_corners_of_common_cells():
     np.testing.assert_array_equal(counts, counts.T)
     assert np.sort(counts[middle]).tolist() == [1, 1, 1, 1, 2, 2, 2, 2, 4]
     assert np.count_nonzero(counts[corner]) == 4
-    triangle = lattice_of(scene_of((TRIANGLE, BLACK)), 3).neighbours.toarray()
-    assert np.isfinite(triangle).all()
-    assert (np.count_nonzero(triangle, axis=1) >= 3).all()
+
+
+def test_neighbours_in_a_triangle_are_the_corners_of_its_upright_cells():
+    cuts = 3
+    lattice = lattice_of(scene_of((TRIANGLE, BLACK)), cuts)
+
+    def node(i, j):
+        """The node at a corner, of which i and j are the shares of the second and the third vertex."""
+        u, v = i / max(cuts - j, 1), j / cuts
+        position = lattice.at(np.zeros(1, dtype=int), np.array([u]), np.array([v]))
+        assert position.weights.max() == pytest.approx(1)
+        return position.nodes[0, position.weights[0].argmax()]
+
+    expected = np.zeros((len(lattice), len(lattice)))
+    for i, j in product(range(cuts), range(cuts)):
+        if i + j < cuts:
+            corners = [node(i, j), node(i + 1, j), node(i, j + 1)]
+            expected[np.ix_(corners, corners)] += 1
+    np.testing.assert_array_equal(lattice.neighbours.toarray(), expected)
 
 
 def test_a_lattice_of_nothing_is_empty():
