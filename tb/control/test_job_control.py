@@ -169,6 +169,17 @@ def test_the_first_of_errors_at_once(benches):
     assert tried == 25
 
 
+def test_an_error_in_the_cycle_of_a_clear_comes_after_it(benches):
+    found = benches[1].run(Script(1, {5: {"i_command": 0}, 10: {"i_command": 2, "unwritten": 1}}), 16)
+    assert errors(found) == ["COMMAND", "WRITE_REPLY"]
+
+
+def test_the_ring_of_a_record_that_cannot_be_written_may_move(benches):
+    """Also if nothing else was in flight."""
+    found = benches[1].run(Script(1, {10: {"unwritten": 1, "empty": 0}, 20: {"completions": 0x7000}}), 24)
+    assert found[-1][1]["kept"]["completions"] == 0x7000
+
+
 def test_sections_are_aborted_in_their_order_before_the_load(benches):
     """Cluster by cluster, each in the order in which it got them; one that has been collected is none."""
     given = [(2, 11), (0, 12), (2, 13), (0, 14), (1, 15), (2, 16)]

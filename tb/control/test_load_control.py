@@ -1,4 +1,4 @@
-"""Loads step by step, with units that take their time."""
+"""Loads, with units that take their time."""
 
 import random
 
@@ -6,14 +6,64 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.config import PRESETS
+from golden.memory_map import REGIONS
 from hw.control.load_control import ALL, LoadControl
 from hw.memsys.fault import Fault
 from hw.memsys.image_layout import RegionNumber
 from hw.memsys.preload_dma import OWN
+from tb.lib.bench import Bench, Case, Vectors
+from tb.lib.responder import responder
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 4, "noc.rows": 1})
 CLUSTERS = 4
+
+
+class TestLoadControl(Bench):
+    """Loads one after the other, of images that fail at each cluster, or are at no multiple of 64."""
+
+    component = LoadControl
+    changes = {"noc.columns": CLUSTERS, "noc.rows": 1}
+    variants = [{}]
+    # One testbench of the control's in Verilator in every commit.
+    simulators = ("verilator", pytest.param("icarus", marks=[pytest.mark.icarus, pytest.mark.sim]))
+
+    @staticmethod
+    def fault(image, cluster):
+        """How the DMA ends a command."""
+        code = Fault.POINTER if image // 64 % (CLUSTERS + 2) == cluster else Fault.NONE
+        return {"code": code.value, "address": image + cluster + 8}
+
+    @responder("o_command", "i_done", after=(0, 9))
+    def done(self, command):
+        """The DMA."""
+        return [self.fault(command["image"], command["cluster"])]
+
+    def vectors(self, config):
+        return self.drawn(config, 0)
+
+    def drawn(self, config, seed):
+        draw, loads, commands, overs = random.Random(seed), [], [], []
+        for number in range(40):
+            image = 64 * draw.getrandbits(config.memory.address_bits - 8)
+            wrong = draw.choice((1, 32, 1 << config.memory.address_bits, 1 << 63)) if number % 7 == 3 else 0
+            regions, copies = draw.choice((ALL, ALL & ~OWN, OWN, draw.getrandbits(len(REGIONS)))), draw.randrange(2)
+            loads.append({"image": image + wrong, "regions": regions, "copies": copies})
+            steps = [(0, regions if copies else regions & ~OWN)]
+            if regions & OWN and not copies:
+                steps += [(cluster, regions & OWN) for cluster in range(CLUSTERS)]
+            over = {"code": Fault.IMAGE.value, "address": (image + wrong) % (1 << config.memory.address_bits)}
+            for cluster, some in steps if not wrong else ():
+                commands.append({"image": image, "cluster": cluster, "regions": some})
+                over = self.fault(image, cluster)
+                if over["code"]:
+                    break
+            # The address has a meaning if there is a fault.
+            overs.append(over if over["code"] else {**over, "address": None})
+        return Vectors(inputs={"i": loads}, expected={"o_command": commands, "o_over": overs}, ports={"stored": 1})
+
+    def known_cases(self):
+        return {"drawn": Case(self.vectors, timed=False)}
 
 
 def run(dut, bench):
@@ -96,38 +146,6 @@ def test_without_regions_of_its_own_no_cluster_is_loaded_alone(copies):
     assert {is_all for _, is_all, _ in words} == {1}
 
 
-@pytest.mark.parametrize("at", [0, 2])
-def test_a_fault_ends_a_load(at):
-    commands, _, overs = load(ALL, {at: Fault.POINTER}, seed=3)
-    assert (len(commands), overs) == (at + 1, [Fault.POINTER])
-
-
-def test_a_fault_of_copies():
-    commands, _, overs = load(ALL, {0: Fault.SIZE}, copies=1, seed=3)
-    assert (len(commands), overs) == (1, [Fault.SIZE])
-
-
-def test_the_load_after_a_fault_begins_with_the_shared_tables():
-    """Also if the fault was in the tables of a cluster."""
-    dut, commands, overs = LoadControl(config=CONFIG), [], []
-
-    async def bench(ctx):
-        ctx.set(dut.i.payload, {"image": 64, "regions": ALL, "copies": 0})
-        for always in dut.i.valid, dut.o_command.ready, dut.i_done.valid, dut.stored:
-            ctx.set(always, 1)
-        while len(overs) < 2:
-            if ctx.get(dut.o_command.valid):
-                commands.append((ctx.get(dut.o_command.payload.cluster), ctx.get(dut.o_command.payload.regions)))
-            ctx.set(dut.i_done.payload.code, Fault.POINTER if len(commands) == 3 else Fault.NONE)
-            if ctx.get(dut.o_over.valid):
-                overs.append(Fault(ctx.get(dut.o_over.payload.code)))
-            await ctx.tick()
-
-    run(dut, bench)
-    whole = [(0, ALL & ~OWN), *((k, ALL & OWN) for k in range(CLUSTERS))]
-    assert (commands, overs) == (whole[:3] + whole, [Fault.POINTER, Fault.NONE])
-
-
 def test_latency():
     dut, found = LoadControl(config=CONFIG), []
 
@@ -141,25 +159,3 @@ def test_latency():
 
     run(dut, bench)
     assert found[0] == documented_latency(LoadControl, CONFIG) == LoadControl.latency
-
-
-@pytest.mark.parametrize("image", [1, 32, 4096 + 8, 1 << CONFIG.memory.address_bits, 1 << 63])
-def test_an_image_is_at_an_address_that_is_a_multiple_of_64(image):
-    assert load(ALL, image=image) == ([], [], [Fault.IMAGE])
-
-
-def test_the_fault_of_an_image_has_its_address_and_not_that_of_the_load_before():
-    dut, overs, images = LoadControl(config=CONFIG), [], [64, 4096 + 8, 32]
-
-    async def bench(ctx):
-        for always in dut.i.valid, dut.o_command.ready, dut.i_done.valid, dut.stored:
-            ctx.set(always, 1)
-        ctx.set(dut.i_done.payload, {"code": Fault.POINTER, "address": 0x3000})
-        while len(overs) < len(images):
-            ctx.set(dut.i.payload, {"image": images[len(overs)], "regions": ALL, "copies": 0})
-            if ctx.get(dut.o_over.valid):
-                overs.append((Fault(ctx.get(dut.o_over.payload.code)), ctx.get(dut.o_over.payload.address)))
-            await ctx.tick()
-
-    run(dut, bench)
-    assert overs == [(Fault.POINTER, 0x3000), (Fault.IMAGE, 4096 + 8), (Fault.IMAGE, 32)]
