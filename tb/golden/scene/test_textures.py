@@ -176,6 +176,18 @@ def test_parts_have_the_means_of_their_part_of_the_picture(tmp_path):
         assert ratio[number] == pytest.approx(drawn, rel=0.05)
 
 
+@pytest.mark.parametrize("corners", [[(0, 0), (3, 0), (3, 2), (0, 0.2)], [(0, 0), (3, 0), (0.5, 2), (0, 2)],
+                                     [(0, 0), (3, 0), (3, 2), (3, 2)]])
+def test_halves_of_a_part_count_by_their_areas(tmp_path, corners):
+    scene = painted(tmp_path, "f 1/1 2/2 3/3 4/4\n")
+    part = np.array([(x, y, 0) for x, y in corners], dtype=float)
+    halves = part[[[0, 1, 2], [0, 2, 3]]]
+    areas = np.cross(halves[:, 1] - halves[:, 0], halves[:, 2] - halves[:, 0])[:, 2]
+    expected = areas @ picture().means(halves[..., :2] / (3, 2)) / areas.sum()
+    found = scene.textures.mean_ratio(np.array([0]), part[None])[0] * scene.channels("diffuse")[0]
+    assert found == pytest.approx(expected, abs=1e-9)
+
+
 def test_triangles_have_the_means_of_their_half_alone(tmp_path):
     scene = painted(tmp_path, "f 1/1 2/2 3/3\n")
     scene = replace(scene, textures=replace(scene.textures, colour=np.ones((1, 3))))
