@@ -8,46 +8,26 @@ import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles
 
-from golden.ctu.cell_traversal import INDEX_BITS, NEVER, POSITION_FRACTION
+from golden.ctu.cell_traversal import INDEX_BITS
 from golden.ctu.grid_rays import FRACTION
 from golden.ctu.unit import global_directions
 from golden.stimulus.ctu.cell_traversal import BLOCK
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.cell_traversal import CellTraversal
+from tb.ctu.cell_rays import ONE, RAYS, long_rays, rays
 from tb.ctu.traversal_bench import ClusterPart
-from tb.lib.bench import Bench, Case, Vectors
+from tb.lib.bench import Bench, Case
 from tb.lib.clocking import start
 from tb.lib.configurations import DEPTHS, config_of
 from tb.lib.ports import Ports
 from tb.lib.runner import options, simulate
 
 TAG = 12
-RAYS = 120
-ONE = 1 << POSITION_FRACTION
-
-
-def rays(config, given):
-    """Rays of one shell, and in ``about`` the cells that golden meets with them."""
-    items = [{"tag": number, "direction": direction, "begin": int(given["begin"]),
-              "length": int(given["end"] - given["begin"])}
-             for number, direction in enumerate(given["direction"].tolist())]
-    return Vectors(
-        inputs={"i": items}, expected={}, ports={"origin": given["place"].tolist(), "shape": given["shape"].tolist()},
-        about=[[cell for cell in row if cell >= 0] for row in BLOCK.expect(given, config)["cells"].tolist()])
 
 
 def drawn_rays(config, seed):
     """As golden's stimulus draws them."""
     return rays(config, BLOCK.draw(np.random.default_rng(seed), RAYS, config))
-
-
-def long_rays(config, *, side=18, along=0):
-    """From the middle of a grid to its border; components are up to 2^``along`` times smaller than others."""
-    random = np.random.default_rng(5)
-    direction = random.normal(size=(RAYS, 3)) * 2.0 ** -random.uniform(0, along, (RAYS, 3))
-    direction = np.rint(direction / np.linalg.norm(direction, axis=1)[:, None] * (1 << FRACTION)).astype(np.int64)
-    return rays(config, {"place": (side // 2 - np.arange(3)) * ONE + 1234, "shape": side - np.arange(3),
-                         "begin": np.array(0), "end": np.array(NEVER), "direction": direction})
 
 
 def far_rays(config):
@@ -121,9 +101,9 @@ async def rays_of_a_scene(dut):
     one = record.sectors[0]
     part = ClusterPart(record.shelling, record.record, one.sector, config)
     items = []
-    for shell, rays in part.sent(one.played):
+    for shell, numbers in part.sent(one.played):
         begin, end = part.traversal.borders(shell)
-        direction = global_directions(part.rays[shell].direction.reshape(-1, 3)[rays], record.record)
+        direction = global_directions(part.rays[shell].direction.reshape(-1, 3)[numbers], record.record)
         items += [{"tag": shell, "direction": way, "begin": begin, "length": end - begin} for way in direction.tolist()]
     table = record.shelling.table
     ports["origin"], ports["shape"] = table.position(record.record.origin).tolist(), table.shape.tolist()

@@ -78,7 +78,7 @@ def rays_of(group):
     return range(group["first"]["ray"], group["first"]["ray"] + group["count"])
 
 
-class Bench:
+class SurvivalBench:
     """Survival in Amaranth's simulator, with a settle map."""
 
     def __init__(self, case, *, source="none", sink="none", stall=0.0):
@@ -242,7 +242,7 @@ def test_decisions_of_golden(changes, seed, kind, stalls):
         again = await bench.send(ctx, case.items[::8])
         coverage.hit("begins live again", [came and not grown[ray] for ray, came in again.items()])
 
-    bench = Bench(case, **stalls)
+    bench = SurvivalBench(case, **stalls)
     bench.run(test)
     coverage.check()
     assert bench.held, "the scan of the tiles must stall"
@@ -262,7 +262,7 @@ def test_a_high_section_of_one_word_across_behind_a_wide_one():
             await bench.swept(ctx)
             assert await bench.send(ctx, case.items) == case.expected()
 
-    Bench(case).run(test)
+    SurvivalBench(case).run(test)
 
 
 def test_what_lies_behind_column_0():
@@ -284,7 +284,7 @@ def test_what_lies_behind_column_0():
                 one and case.thresholds[case.requested[ray][0].shell] < 256 and firsts[ray] > columns // 2
                 for ray, one in expected.items()])
 
-    Bench(case).run(test)
+    SurvivalBench(case).run(test)
     coverage.check()
 
 
@@ -314,6 +314,6 @@ def test_rates_after_the_latency(levels):
             done = [*bench.lived.values(), *bench.dropped.values()]
             assert (max(done) - min(done)) / len(done) <= share + 0.05
 
-    bench = Bench(case)
+    bench = SurvivalBench(case)
     assert bench.dut.latency == documented_latency(Survival, config)
     bench.run(test)

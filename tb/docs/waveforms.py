@@ -19,7 +19,7 @@ from hw.noc.router import Router
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
 from hw.registers.register import addresses
 from hw.registers.registers import Registers
-from tb.ctu.test_cell_traversal import long_rays
+from tb.ctu.cell_rays import long_rays
 from tb.docs.timing_diagram import Lane, draw_lanes, give, record, stream_lanes
 from tb.icu import test_screening
 

@@ -28,6 +28,7 @@ from tb.lib.clocking import start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.stall_patterns import STALL_PAIRS
 
 # Small enough for short tests: a sweep of the ray memory has as many cycles as rays. Two bits of tags run out after
@@ -490,22 +491,7 @@ def test_tiles_of_a_section_are_rounded_up_to_a_power_of_two():
 def test_a_frustum_is_accepted_as_soon_as_documented():
     """Where nothing is in flight, and the rows that it uses have been swept."""
     documented = int(re.search(r"accepted ``(\d+)`` cycles after it is offered", IntersectionUnit.__doc__)[1])
-    unit = IntersectionUnit(config=config_of(SMALL))
-    offered = unit.i_frustum
-
-    async def offer(ctx):
-        section = offered.payload.section
-        ctx.set(section.end_column, 8)
-        ctx.set(section.end_row, 8)
-        ctx.set(offered.payload.tiles_across, 2)
-        await ctx.tick().repeat(SMALL["icu.rays"] + 20)
-        ctx.set(offered.valid, 1)
-        for cycle in range(documented):
-            assert not ctx.get(offered.ready), f"accepted after {cycle} cycles"
-            await ctx.tick()
-        assert ctx.get(offered.ready)
-
-    simulator = Simulator(unit)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(offer)
-    simulator.run()
+    bench = ScheduleBench(IntersectionUnit(config=config_of(SMALL)), ["i_frustum"], [])
+    bench.run(Schedule(items={"i_frustum": [(SMALL["icu.rays"] + 20, {
+        "section": {"end_column": 8, "end_row": 8}, "tiles_across": 2})]}))
+    assert bench.cycles["i_frustum"][0] - bench.trace.offered["i_frustum"][0] == documented

@@ -67,7 +67,7 @@ def section(seed, count=MOST):
     return np.where(draw.random(count) < 0.2, -1, patch), np.sort(draw.integers(0, ROWS + 1, count))
 
 
-class Bench:
+class SumsBench:
     """The streams, with a table of weights, and what must have come."""
 
     def __init__(self, dut, *, hits="none", sums="none"):
@@ -94,13 +94,13 @@ class Bench:
 async def every_pair_of_stalls(dut):
     """Sections one after the other, some of them without a sum."""
     await start(dut, cycles=100_000)
-    bench = Bench(dut)
+    bench = SumsBench(dut)
     await RisingEdge(dut.clk)
     assert_known(dut, [*bench.ports.sources, *bench.ports.sinks])
     await bench.ports.send("i_table", TABLE)
     for number, (hits, sums) in enumerate(stall_pairs()):
         bench.ports.stop()
-        bench = Bench(dut, hits=hits, sums=sums)
+        bench = SumsBench(dut, hits=hits, sums=sums)
         for count in (MOST, 0, 9, MOST):
             await bench.cast(*section(7 * number + count + options()["seed"], count))
         await bench.cast([3, -1, 4], [ROWS, 0, ROWS])
@@ -112,7 +112,7 @@ async def every_pair_of_stalls(dut):
 async def the_same_patch_after_every_number_of_cycles(dut):
     """Hits of one patch in consecutive cycles, of two by turns, and so on; each patch is listed once."""
     await start(dut, cycles=20_000)
-    bench = Bench(dut)
+    bench = SumsBench(dut)
     await bench.ports.send("i_table", TABLE)
     random = np.random.default_rng(options()["seed"])
     for ahead in range(1, 9):
@@ -130,7 +130,7 @@ async def the_same_patch_after_every_number_of_cycles(dut):
 async def a_sum_that_overflows_is_flagged(dut):
     """Those beside it are not, and the next section begins at 0."""
     await start(dut, cycles=20_000)
-    bench = Bench(dut)
+    bench = SumsBench(dut)
     await bench.ports.send("i_table", TABLE)
     large, small = ROWS + 1, 0
     for patch, row in (([1, 2, 1, 3, 1, 1], [large] * 6), ([1, 2, 3], [large] * 3),
@@ -145,7 +145,7 @@ async def resets_in_flight(dut):
     """All sums and the list are empty after a reset, whether hits were coming, sums were leaving, or being cleared."""
     await start(dut, cycles=60_000)
     for number, cut in enumerate((2, 5, 30, 90)):
-        bench = Bench(dut, sums="alternating")
+        bench = SumsBench(dut, sums="alternating")
         await bench.ports.send("i_table", TABLE)
         patch, row = section(number)
         await bench.ports.send("i", items(patch, row))
@@ -158,7 +158,7 @@ async def resets_in_flight(dut):
         # The clearing has to begin anew too.
         await ClockCycles(dut.clk, 20)
         await reset(dut)
-        bench = Bench(dut)
+        bench = SumsBench(dut)
         for seed in (number, number + 9):
             await bench.cast(*section(seed))
         await bench.compare()
@@ -168,7 +168,7 @@ async def resets_in_flight(dut):
 async def sums_are_cleared_as_far_as_the_scene_needs(dut):
     """After a reset hits wait one cycle for each patch of the scene; those of a larger scene, for the further ones."""
     await start(dut, cycles=20_000)
-    bench = Bench(dut)
+    bench = SumsBench(dut)
     await bench.ports.send("i_table", TABLE)
     for first in range(0, PATCHES, MOST):
         await bench.ports.send("i", items(range(first, first + MOST), [0] * MOST))
@@ -176,7 +176,7 @@ async def sums_are_cleared_as_far_as_the_scene_needs(dut):
     bench.ports.stop()
     dut.rst.value = 1
     await ClockCycles(dut.clk, 2)
-    bench = Bench(dut)
+    bench = SumsBench(dut)
     dut.patches.value = few
     taken, cleared, waited = bench.ports.taken("i"), [0], []
     dut.rst.value = 0
@@ -199,7 +199,7 @@ async def sums_are_cleared_as_far_as_the_scene_needs(dut):
 async def one_per_cycle(dut):
     """Hits and sums go one per cycle; reads, sums and the next section's hits come when the docstring says so."""
     await start(dut, cycles=10_000)
-    bench = Bench(dut)
+    bench = SumsBench(dut)
     await bench.ports.send("i_table", TABLE)
     await bench.cast([-1], [0])
     came = bench.ports.sinks["o"]

@@ -130,7 +130,7 @@ def hammer(config, section, ahead, seed=None):
     return Frustum(config, section, np.arange(len(inverse)) % ahead, inverse, patch, np.ones(len(inverse), dtype=bool))
 
 
-class Bench:
+class BanksBench:
     """The streams of the banks; (u, v) of wins come some cycles after the answers."""
 
     def __init__(self, dut, *, updates="none", hits="none", delay=1):
@@ -196,7 +196,7 @@ async def every_section(dut):
     """Sections of all forms, over more frusta than there are tags; every answer and every hit, one per cycle."""
     await start(dut, cycles=60_000)
     for delay in PAYLOAD_DELAYS:
-        bench = Bench(dut, delay=delay)
+        bench = BanksBench(dut, delay=delay)
         await RisingEdge(dut.clk)
         assert_known(dut, [*bench.ports.sources, *bench.ports.sinks])
         for seed, section in enumerate(SECTIONS * 2):
@@ -212,7 +212,7 @@ async def the_same_ray_after_every_number_of_cycles(dut):
     """Consecutive updates of one ray, of two rays by turns, and so on past the depth of the update."""
     await start(dut, cycles=60_000)
     seen = Counter()
-    bench = Bench(dut)
+    bench = BanksBench(dut)
     # Frusta of every kind come to both banks, as there is an odd number of seeds.
     for ahead, seed in product(range(1, 9), (None, 1, 2, 3, 4)):
         frustum = hammer(bench.config, SECTIONS[0], ahead, seed)
@@ -230,7 +230,7 @@ async def every_pair_of_stalls(dut):
     await start(dut, cycles=200_000)
     before = None
     for number, (updates, hits) in enumerate(stall_pairs()):
-        bench = Bench(dut, updates=updates, hits=hits, delay=PAYLOAD_DELAYS[number % 2])
+        bench = BanksBench(dut, updates=updates, hits=hits, delay=PAYLOAD_DELAYS[number % 2])
         frustum = random_frustum(bench.config, SECTIONS[number % 3], number + options()["seed"])
         reads = before and cocotb.start_soon(bench.hits_of(before, bank=bench.ports["active"]))
         await bench.cast(frustum)
@@ -246,7 +246,7 @@ async def reset_in_flight(dut):
     await start(dut, cycles=100_000)
     generator = random.Random(options()["seed"])
     for before in range(4):
-        bench = Bench(dut, hits="random")
+        bench = BanksBench(dut, hits="random")
         everything = random_frustum(bench.config, SECTIONS[0], before)
         for _ in range(before):
             await bench.cast(everything)
@@ -256,7 +256,7 @@ async def reset_in_flight(dut):
         await ClockCycles(dut.clk, generator.randrange(5, 200))
         await bench.ports.reset()
         bench.ports.stop()
-        bench = Bench(dut)
+        bench = BanksBench(dut)
         nothing = Frustum(bench.config, SECTIONS[0], *np.zeros((4, 0), dtype=int))
         for _ in range(9):
             await bench.cast(nothing)
@@ -270,7 +270,7 @@ async def reset_in_flight(dut):
 async def one_per_cycle(dut):
     """Updates and hits come one per cycle, both at once, after the latencies that the docstrings state."""
     await start(dut, cycles=20_000)
-    bench = Bench(dut)
+    bench = BanksBench(dut)
     first, second = (random_frustum(bench.config, SECTIONS[0], seed) for seed in (1, 2))
     await bench.cast(first)
     given, read_outs = bench.ports.taken("i_update"), bench.ports.taken("i_read_out")

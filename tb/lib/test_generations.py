@@ -38,7 +38,7 @@ class Tagged(wiring.Component):
         return m
 
 
-class Bench:
+class TagsBench:
     """Generations one after the other, each with writes to some rows."""
 
     def __init__(self, bits):
@@ -90,7 +90,7 @@ class Bench:
 
 @pytest.mark.parametrize("bits", [1, 2, 3])
 def test_sweeps_come_only_when_tags_run_out(bits):
-    bench, last = Bench(bits), (1 << bits) - 1
+    bench, last = TagsBench(bits), (1 << bits) - 1
     latency = documented_latency(Generations, config_of({}))
     assert Generations(bits=bits, depth=DEPTH).latency == latency
     coverage = Coverage(["sweep after reset", "sweep when tags ran out", *(["no sweep"] if bits > 1 else [])])
@@ -110,7 +110,7 @@ def test_sweeps_come_only_when_tags_run_out(bits):
 @given(st.integers(1, 3), st.lists(st.tuples(st.integers(0, 9), st.lists(st.integers(0, DEPTH - 1), max_size=6)),
                                    max_size=10))
 def test_every_generation_begins_empty_and_keeps_what_it_is_given(bits, frusta):
-    bench = Bench(bits)
+    bench = TagsBench(bits)
 
     async def drive(ctx):
         for stall, rows in frusta:
@@ -123,7 +123,7 @@ def test_every_generation_begins_empty_and_keeps_what_it_is_given(bits, frusta):
 
 def test_reset_in_flight():
     """In every cycle of a sweep, and beside it: what was written before is in no generation after."""
-    bench = Bench(2)
+    bench = TagsBench(2)
 
     async def drive(ctx):
         start = bench.top.generations.i_start

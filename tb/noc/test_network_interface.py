@@ -18,7 +18,7 @@ VARIANTS = [{"noc.flit_bits": 72, "noc.check": "parity", "noc.networks": "physic
             {"noc.flit_bits": 20, "noc.check": "none", "noc.networks": "physical", "noc.virtual_channels": 2}]
 
 
-class Bench:
+class InterfaceBench:
     """An interface whose router takes all flits and returns its credits."""
 
     def __init__(self, changes, seed=1, requests=3):
@@ -114,7 +114,7 @@ def answers(given):
 @pytest.mark.parametrize("slow", [False, True])
 @pytest.mark.parametrize("changes", VARIANTS)
 def test_packets_are_those_of_golden(changes, slow):
-    bench = Bench(changes, requests=64)
+    bench = InterfaceBench(changes, requests=64)
     config, pairs = bench.config, [(2, 5), (0, 4095), (3, 0), (1, 77)]
     given = patches(config, bench.random, 3)
     come = patches(config, bench.random, 3)
@@ -137,11 +137,11 @@ def test_packets_are_those_of_golden(changes, slow):
 
 
 def test_no_more_requests_than_reply_buffers():
-    bench = Bench(VARIANTS[0], requests=2)
+    bench = InterfaceBench(VARIANTS[0], requests=2)
     pairs = [{"node": 0, "patch": number} for number in range(6)]
     bench.run(60, requests=pairs)
     assert len(bench.sent[0]) == 2
-    bench = Bench(VARIANTS[0], requests=2)
+    bench = InterfaceBench(VARIANTS[0], requests=2)
     come = patches(bench.config, bench.random, 3)
     bench.run(120, requests=pairs, flits=((), [flit for node, patch, surface, vertices in come for flit in reply_flits(
         bench.config, source=node, destination=NODE, patch=patch, surface=surface, vertices=vertices)]))
@@ -151,7 +151,7 @@ def test_no_more_requests_than_reply_buffers():
 @pytest.mark.parametrize("most", [0, 1, 3, 4, 7, 8])
 def test_a_credit_returns_when_a_whole_reply_has_left(most):
     """A cluster that accepts the first vertices of a patch still needs its buffer."""
-    bench = Bench(VARIANTS[0], requests=2)
+    bench = InterfaceBench(VARIANTS[0], requests=2)
     come = patches(bench.config, bench.random, 2)
     bench.run(80, requests=[{"node": 0, "patch": number} for number in range(6)], most=most, flits=((), [
         flit for node, patch, surface, vertices in come for flit in reply_flits(
@@ -175,7 +175,7 @@ def broken(flits, how, config):
                                             ("short", NetworkFault.ORDER), ("address", NetworkFault.ADDRESS)])
 @pytest.mark.parametrize("changes", VARIANTS[:2])
 def test_faults_are_reported_and_block_nothing(changes, how, fault):
-    bench = Bench(changes, requests=64)
+    bench = InterfaceBench(changes, requests=64)
     config = bench.config
     first, second = patches(config, bench.random, 2)
 
@@ -193,7 +193,7 @@ def test_faults_are_reported_and_block_nothing(changes, how, fault):
 
 @pytest.mark.parametrize(("how", "fault"), [("bit", NetworkFault.CHECK), ("address", NetworkFault.ADDRESS)])
 def test_faults_of_requests_are_reported_and_block_nothing(how, fault):
-    bench = Bench(VARIANTS[0], requests=64)
+    bench = InterfaceBench(VARIANTS[0], requests=64)
     destination = NODE + 1 if how == "address" else NODE
     wrong = broken(request_flits(bench.config, source=2, destination=destination, patch=5), how, bench.config)
     bench.run(60, flits=([*wrong, *request_flits(bench.config, source=3, destination=NODE, patch=77)], ()))
@@ -216,6 +216,6 @@ def test_crc_is_that_of_the_catalogue():
 
 
 def test_init_wrong():
-    bench = Bench(VARIANTS[0])
+    bench = InterfaceBench(VARIANTS[0])
     with pytest.raises(ValueError, match="Node must be from 0 to 3, not 4"):
         NetworkInterface(config=bench.config, routing=bench.routing, node=4)

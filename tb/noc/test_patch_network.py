@@ -2,7 +2,6 @@
 
 import pytest
 from amaranth.hdl import Fragment
-from amaranth.sim import Simulator
 
 from golden.config import PRESETS
 from golden.noc.packing import reply_flits, request_flits
@@ -11,6 +10,7 @@ from hw.lib.credit_gate import CreditGate
 from hw.noc import network_interface, output_port
 from hw.noc.patch_network import PatchNetwork
 from tb.lib.runner import ICARUS, simulate
+from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 TESTS = ("all_are_answered", "a_stalled_cluster_blocks_no_other")
@@ -59,28 +59,13 @@ def test_requests_without_reserved_entries_block_others(monkeypatch, simulator):
 def test_a_request_alone_takes_what_the_docstring_says(router_cycles):
     """And stalls nowhere."""
     config = PRESETS["tiny"].replace({"noc.router_cycles": router_cycles, "noc.networks": "virtual"})
-    network = PatchNetwork(config=config)
-    simulator = Simulator(network)
-    simulator.add_clock(1e-8)
-
-    async def requester(ctx):
-        ctx.set(network.i_request[0].payload, {"node": 1, "patch": 77})
-        ctx.set(network.i_request[0].valid, 1)
-        latency = documented_latency(PatchNetwork, config, hops=1)
-        for _ in range(latency):
-            assert not ctx.get(network.o_request[1].valid)
-            await ctx.tick()
-            ctx.set(network.i_request[0].valid, 0)
-        assert ctx.get(network.o_request[1].valid)
-        assert ctx.get(network.o_request[1].payload.node) == 0
-        assert ctx.get(network.o_request[1].payload.patch) == 77
-        # Counters count what registers have seen.
-        await ctx.tick().repeat(4)
-        assert ctx.get(network.flits) > 0
-        assert ctx.get(network.stalls) == 0
-
-    simulator.add_testbench(requester)
-    simulator.run()
+    bench = ScheduleBench(PatchNetwork(config=config), watched=["flits", "stalls"])
+    came = bench.run(Schedule(items={"i_request__0": [(0, {"node": 1, "patch": 77})]}))
+    assert came["o_request__1"] == [{"node": 0, "patch": 77}]
+    latency = documented_latency(PatchNetwork, config, hops=1)
+    assert bench.cycles["o_request__1"][0] - bench.cycles["i_request__0"][0] == latency
+    assert bench.history["flits"][-1] > 0
+    assert bench.history["stalls"][-1] == 0
 
 
 @pytest.mark.parametrize("networks", ["virtual", "physical"])
@@ -105,29 +90,11 @@ def test_every_port_has_the_arbitration_of_the_configuration(monkeypatch, networ
 def test_flits_are_those_of_requests_and_of_replies(networks):
     """Two routers pass each of them."""
     config = PRESETS["tiny"].replace({"noc.networks": networks})
-    network, corners = PatchNetwork(config=config), [(1, 2, 3)] * 4
-    simulator = Simulator(network)
-    simulator.add_clock(1e-8)
-
-    async def clusters(ctx):
-        for end in network.o_request, network.o_reply:
-            for port in end:
-                ctx.set(port.ready, 1)
-        given = network.i_request[0]
-        ctx.set(given.payload, {"node": 1, "patch": 7})
-        ctx.set(given.valid, 1)
-        await ctx.tick().until(given.ready)
-        ctx.set(given.valid, 0)
-        given = network.i_reply[1]
-        for corner in corners:
-            ctx.set(given.payload, {"node": 0, "vertex": {"patch": 7, "surface": 0, "vertex": corner}})
-            ctx.set(given.valid, 1)
-            await ctx.tick().until(given.ready)
-        ctx.set(given.valid, 0)
-        await ctx.tick().repeat(100)
-        count = len(request_flits(config, source=0, destination=1, patch=7)) + len(reply_flits(
-            config, source=1, destination=0, patch=7, surface=0, vertices=corners))
-        assert ctx.get(network.flits) == 2 * count
-
-    simulator.add_testbench(clusters)
-    simulator.run()
+    corners = [[1, 2, 3]] * 4
+    bench = ScheduleBench(PatchNetwork(config=config), idle_limit=40, watched=["flits"])
+    reply = [{"node": 0, "vertex": {"patch": 7, "surface": 0, "vertex": corner}} for corner in corners]
+    bench.run(Schedule(items={"i_request__0": [(0, {"node": 1, "patch": 7})],
+                              "i_reply__1": [(0, vertex) for vertex in reply]}))
+    count = len(request_flits(config, source=0, destination=1, patch=7)) + len(reply_flits(
+        config, source=1, destination=0, patch=7, surface=0, vertices=corners))
+    assert bench.history["flits"][-1] == 2 * count

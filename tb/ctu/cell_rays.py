@@ -1,0 +1,34 @@
+"""Rays of a shell for cell traversal, and the cells that golden meets with them."""
+
+import numpy as np
+
+from golden.config import Config
+from golden.ctu.cell_traversal import NEVER, POSITION_FRACTION
+from golden.ctu.grid_rays import FRACTION
+from golden.stimulus.ctu.cell_traversal import BLOCK
+from tb.lib.vectors import Vectors
+
+__all__ = ["ONE", "RAYS", "long_rays", "rays"]
+
+RAYS = 120
+# A cell, in units of a position.
+ONE = 1 << POSITION_FRACTION
+
+
+def rays(config: Config, given: dict) -> Vectors:
+    """Rays of one shell, and in ``about`` the cells that golden meets with them."""
+    items = [{"tag": number, "direction": direction, "begin": int(given["begin"]),
+              "length": int(given["end"] - given["begin"])}
+             for number, direction in enumerate(given["direction"].tolist())]
+    return Vectors(
+        inputs={"i": items}, expected={}, ports={"origin": given["place"].tolist(), "shape": given["shape"].tolist()},
+        about=[[cell for cell in row if cell >= 0] for row in BLOCK.expect(given, config)["cells"].tolist()])
+
+
+def long_rays(config: Config, *, side: int = 18, along: float = 0) -> Vectors:
+    """From the middle of a grid to its border; components are up to 2^``along`` times smaller than others."""
+    random = np.random.default_rng(5)
+    direction = random.normal(size=(RAYS, 3)) * 2.0 ** -random.uniform(0, along, (RAYS, 3))
+    direction = np.rint(direction / np.linalg.norm(direction, axis=1)[:, None] * (1 << FRACTION)).astype(np.int64)
+    return rays(config, {"place": (side // 2 - np.arange(3)) * ONE + 1234, "shape": side - np.arange(3),
+                         "begin": np.array(0), "end": np.array(NEVER), "direction": direction})
