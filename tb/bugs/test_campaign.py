@@ -1,16 +1,19 @@
 """A draw: its folders, the tests near each bug, what kills it, and what a second call still does."""
 
+import subprocess
+import sys
 from collections import Counter
 from pathlib import Path
 
 import pytest
 
+import tb.bugs.tree
 from golden.errors import InputError
 from tb.bugs.campaign import Campaign
 from tb.bugs.drawing import LEAST, candidates, strata
 from tb.bugs.nearness import change_detectors, commit_marks, folder_tests, near_tests, simulated, simulator_marks
 from tb.bugs.table import page, read_equivalent
-from tb.bugs.tree import Outcome, Tree
+from tb.bugs.tree import Outcome, Tree, cpu_seconds
 from tb.runs.checkout import checkout
 
 FILES = {
@@ -93,14 +96,25 @@ def test_a_tree_runs_tests_with_a_bug_and_without(root, tmp_path, monkeypatch):
     assert 0 < done.seconds < 30
     # One that has no end, one that cannot be imported, and the clean file.
     (tree.path / "hw/icu/unit.py").write_text("def twice(a):\n    return 8\n")
-    done = tree.run(["tb/icu/test_pair.py"], limit=0.5)
-    assert (done.failed, done.ended) == (("tb/icu/test_pair.py::test_pair",), False)
+    log = tree.path / "build/bugs.log"
+    monkeypatch.setattr(tb.bugs.tree, "cpu_seconds", lambda session: 31 * ("::test_pair" in log.read_text()))
+    done = tree.run(["tb/icu/test_pair.py"], limit=30)
+    assert done == Outcome(("tb/icu/test_pair.py::test_pair",), 31, False)
     (tree.path / "hw/icu/unit.py").write_text("def twice(a):\n    return missing\n")
     assert tree.fault(bug).startswith("lint: ")
     tree.inject()
     assert (tree.path / "hw/icu/unit.py").read_text() == FILES["hw/icu/unit.py"]
     with pytest.raises(InputError, match="pytest ends with 4"):
         tree.run(["tb/missing.py"], limit=30)
+
+
+def test_seconds_are_those_of_a_session():
+    with subprocess.Popen([sys.executable, "-c", "sum(range(3_000_000)); print(); input()"], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, start_new_session=True) as process:
+        process.stdout.readline()
+        assert cpu_seconds(process.pid) > 0
+        process.communicate(b"\n")
+    assert cpu_seconds(process.pid) == 0
 
 
 class ScriptedTree:
