@@ -29,7 +29,7 @@ def assert_is(material, *, diffuse, specular, transparent, emission, index):
 
 
 @pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
-@settings(SETTINGS, max_examples=150)
+@settings(SETTINGS, max_examples=100)
 @given(stated(Kd=COLOUR, Ks=COLOUR, Tf=COLOUR, Ke=COLOUR, Ni=INDEX, d=SHARE, Tr=SHARE,
               Ns=st.sampled_from((0, 499.99, 500, 1000)), illum=st.integers(0, 9)))
 def test_an_mtl_material_has_the_shares_that_its_members_state(members):
@@ -44,7 +44,7 @@ def test_an_mtl_material_has_the_shares_that_its_members_state(members):
               index=members.get("Ni", 1.5) if opacity == 1 or refracts else 1)
 
 
-@settings(SETTINGS, max_examples=150)
+@settings(SETTINGS, max_examples=100)
 @given(pbr=stated(baseColorFactor=st.tuples(*[SHARE] * 4), metallicFactor=SHARE,
                   roughnessFactor=st.sampled_from((0.0, 0.25, 0.2501, 1.0))),
        more=stated(emissiveFactor=COLOUR, alphaMode=st.sampled_from(("OPAQUE", "BLEND"))),

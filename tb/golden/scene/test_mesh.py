@@ -36,7 +36,7 @@ def holds(patch, point):
     return (winding > 0).all() or (winding < 0).all()
 
 
-@settings(SETTINGS, max_examples=100)
+@settings(SETTINGS, max_examples=60)
 @given(faces())
 def test_the_first_of_doubled_faces_counts_and_is_two_sided_if_one_faces_the_other_way(given):
     """Halves of a square become one patch only if they have one material and one kind of sides, and face one way."""

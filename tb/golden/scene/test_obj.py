@@ -20,7 +20,7 @@ def place(tmp_path_factory):
 
 
 @pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
-@settings(SETTINGS, max_examples=80)
+@settings(SETTINGS, max_examples=50)
 @given(file=obj_files())
 def test_vertices_corners_and_texture_coordinates_are_those_that_a_face_names(place, file):
     place.write_bytes(("mtllib a.mtl\nusemtl a\n" + file.text).encode())
