@@ -1,14 +1,38 @@
 """Fixtures of the tests of exported cores."""
 
 import dataclasses
+import shutil
+from pathlib import Path
 
 import pytest
 
+from hw.package.core_files import write_core
 from hw.package.tops import TOPS
+from tb.package.exported_engine import CONFIG
 
 
 @pytest.fixture
 def without_verilog(monkeypatch):
     """Exports of engines whose Verilog is empty."""
-    monkeypatch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
-    monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
+    _omit_verilog(monkeypatch)
+
+
+def _omit_verilog(patch):
+    patch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
+    patch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory) -> Path:
+    """The folder of an exported engine with one cluster, whose Verilog is empty; what changes it takes `core`."""
+    folder = tmp_path_factory.mktemp("exported")
+    with pytest.MonkeyPatch.context() as patch:
+        _omit_verilog(patch)
+        write_core("engine", config=CONFIG, preset="tiny", folder=folder)
+    return folder
+
+
+@pytest.fixture
+def core(exported, tmp_path) -> Path:
+    """A copy of `exported`."""
+    return shutil.copytree(exported, tmp_path / "core")

@@ -47,38 +47,36 @@ def test_the_simulation_compiles_without_a_warning(config, without_verilog, tmp_
         "example/cast_job.c")
 
 
-def test_the_sample_is_what_the_command_writes(without_verilog, tmp_path):
-    files = core_files("engine", config=CONFIG, preset="tiny")
-    sha256 = re.search(r'JOB_CORE "(\w+)"', files["job/job.h"].decode())[1]
+def test_the_sample_is_what_the_command_writes(exported, tmp_path):
+    sha256 = re.search(r'JOB_CORE "(\w+)"', (exported / "job" / "job.h").read_text())[1]
     path = write_manifest(tmp_path / "core.json", CONFIG, sha256=sha256)
     scene, *options = shlex.split(SAMPLE)
     assert run("image", scene, "--manifest", path, *options, "-o", tmp_path / "job").exit_code == 0
     for name in "job.bin", "job.h", "job.txt":
-        assert (tmp_path / "job" / name).read_bytes() == files[f"job/{name}"]
-    assert files["job/job.txt"].count(b"hit") == 256
-    assert sha256 in files[f"{NAME}.json"]
+        assert (tmp_path / "job" / name).read_bytes() == (exported / "job" / name).read_bytes()
+    assert (exported / "job" / "job.txt").read_text().count("hit") == 256
+    assert sha256 in (exported / f"{NAME}.json").read_text()
 
 
 @pytest.mark.parametrize("missing", ["job.h", "job.bin"])
 @pytest.mark.parametrize(("folder", "target"), [("example", "run"), ("litex_soc", "run"), ("litex_soc", "board")])
-def test_a_folder_without_a_job_is_refused(folder, target, missing, without_verilog, tmp_path):
-    write_core("engine", config=CONFIG, preset="tiny", folder=tmp_path)
-    (tmp_path / "job" / missing).unlink()
+def test_a_folder_without_a_job_is_refused(folder, target, missing, core):
+    (core / "job" / missing).unlink()
     # The engine, compiled before; nothing of it is older than a file that it is made from.
     for made in f"build/engine/V{NAME}__ALL.a", "build/gateware/obj_dir/Vsim", "ulx3s/gateware/top.v":
-        path = tmp_path / folder / made
+        path = core / folder / made
         path.parent.mkdir(parents=True)
         path.touch()
-    done = subprocess.run(["make", "-C", folder, target], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(["make", "-C", folder, target], cwd=core, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "JOB must be a folder with the job.h and job.bin of `radiosity image`, not ../job" in done.stderr
 
 
-def test_an_engine_that_is_too_small_has_no_sample(without_verilog, monkeypatch):
+def test_an_engine_that_is_too_small_has_no_sample(exported, without_verilog, monkeypatch):
     def refuse(*_, **given):
         raise InputError("memory image: Patches must be at most 16 (icu.patch_bits), not 20")
 
-    assert "`job/job.bin`" in core_files("engine", config=CONFIG, preset="tiny")["README.md"]
+    assert "`job/job.bin`" in (exported / "README.md").read_text()
     monkeypatch.setattr("hw.package.software.sample_job.job_files", refuse)
     files = core_files("engine", config=CONFIG, preset="tiny")
     assert not [name for name in files if name.startswith("job/")]
@@ -86,18 +84,17 @@ def test_an_engine_that_is_too_small_has_no_sample(without_verilog, monkeypatch)
     assert "`job/job.bin`" not in files["README.md"]
 
 
-def test_every_file_is_named_in_the_readme(without_verilog):
-    files = core_files("engine", config=CONFIG, preset="tiny")
-    rows = re.findall(r"(?m)^\| (`.*) \|$", files["README.md"])
+def test_every_file_is_named_in_the_readme(exported):
+    files = {path.relative_to(exported).as_posix(): path.read_bytes() for path in exported.rglob("*") if path.is_file()}
+    rows = re.findall(r"(?m)^\| (`.*) \|$", files["README.md"].decode())
     named = {word for row in rows for word in re.findall(r"`([^`]+)`", row)}
     for name in files:
         assert {name, os.path.splitext(name)[1], os.path.basename(name)} & named or name == "README.md", name
-    assert not re.search(r"@\w+@", "".join(text for text in files.values() if isinstance(text, str)))
+    assert not re.search(rb"@\w+@", b"".join(text for name, text in files.items() if not name.endswith(".bin")))
 
 
-def test_exported_python_has_the_style_of_the_project(without_verilog, tmp_path):
-    write_core("engine", config=CONFIG, preset="tiny", folder=tmp_path)
-    paths = sorted(tmp_path.rglob("*.py"))
+def test_exported_python_has_the_style_of_the_project(exported):
+    paths = sorted(exported.rglob("*.py"))
     assert [path.name for path in paths] == ["radiosity_soc.py", "simulation.py", "ulx3s.py"]
     done = subprocess.run([sys.executable, "-m", "ruff", "check", "--config", ROOT / "pyproject.toml", *paths],
                           capture_output=True, text=True, check=False)

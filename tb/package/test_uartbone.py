@@ -1,6 +1,7 @@
 """The exported host of a SoC casts its job through a bridge whose replies arrive in parts, as over a serial line."""
 
 import ctypes
+import shutil
 import socket
 import struct
 import subprocess
@@ -10,9 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hw.package.core_files import write_core
 from tb.package.driver_library import FLAGS, PortFunctions, complaints
-from tb.package.exported_engine import CONFIG
 from tb.package.register_machine import RegisterMachine
 
 SIZE, WORD = 1 << 22, 4
@@ -109,15 +108,15 @@ class Bridge(threading.Thread):
             self._machine.memory[address - RAM:address - RAM + WORD] = value.to_bytes(WORD, "little")
 
 
-@pytest.fixture
-def folder(without_verilog, tmp_path) -> Path:
+@pytest.fixture(scope="module")
+def folder(exported, tmp_path_factory) -> Path:
     """That of an export, with the host compiled."""
-    write_core("engine", config=CONFIG, preset="tiny", folder=tmp_path)
-    (tmp_path / "generated").mkdir()
+    folder = shutil.copytree(exported, tmp_path_factory.mktemp("host") / "core")
+    (folder / "generated").mkdir()
     for name, text in HEADERS.items():
-        (tmp_path / "generated" / name).write_text(text)
-    compile_host(tmp_path)
-    return tmp_path
+        (folder / "generated" / name).write_text(text)
+    compile_host(folder)
+    return folder
 
 
 def compile_host(folder, size=SIZE):
@@ -157,7 +156,8 @@ def test_a_slow_machine_is_awaited(folder, polls):
     assert done.stdout.count("hit ") == 256
 
 
-def test_a_job_may_fill_the_memory_and_not_a_word_more(folder):
+def test_a_job_may_fill_the_memory_and_not_a_word_more(folder, tmp_path):
+    folder = shutil.copytree(folder, tmp_path / "core")
     end = cast_through_bridge(folder)[1].end
     assert WORD <= end < SIZE
     compile_host(folder, end)

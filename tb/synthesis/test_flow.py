@@ -67,28 +67,52 @@ def test_one_target_frequency_is_given(options, expected, monkeypatch, tmp_path)
     assert given.count("--freq") == 1
 
 
-def test_settings_reach_the_router(tmp_path):
-    """nextpnr ignores settings that it does not know. In its own design are those that it used, and all that came."""
-    netlist = synthesise_between_registers(SkidBuffer(2), tmp_path)
-    design = json.loads(netlist.read_text())
+@pytest.fixture(scope="module")
+def placed(tmp_path_factory):
+    """A netlist between registers, and its clock with router2."""
+    netlist = synthesise_between_registers(SkidBuffer(2), tmp_path_factory.mktemp("placed"))
+    return netlist, flow.place_and_route(netlist, seed=1, options=("--router", "router2"))
+
+
+def used_settings(netlist):
+    """Of the routed design."""
+    routed = netlist.with_name(f"{netlist.stem}.seed-1.routed.json")
+    return json.loads(routed.read_text())["modules"]["top"]["settings"]
+
+
+def test_settings_reach_the_router(placed):
+    """In the routed design are those that were used, and all that came."""
+    settings = json.loads(placed[0].read_text())["modules"]["top"]["settings"]
+    used = used_settings(placed[0])
+    assert used["router"] == "router2"
+    assert settings
+    assert {name: used[name] for name in settings} == settings
+
+
+@pytest.mark.nightly
+def test_the_router_knows_all_settings(placed, tmp_path):
+    """nextpnr ignores settings that it does not know. In its own design are those that it has without being told."""
+    design = json.loads(placed[0].read_text())
     settings = design["modules"]["top"].pop("settings")
     plain = tmp_path / "plain.json"
     plain.write_text(json.dumps(design))
-
-    def used_with(given):
-        flow.place_and_route(given, seed=1, options=("--router", "router2"))
-        return json.loads((tmp_path / f"{given.stem}.seed-1.routed.json").read_text())["modules"]["top"]["settings"]
-
-    used, own = used_with(netlist), used_with(plain)
-    assert used["router"] == own["router"] == "router2"
+    flow.place_and_route(plain, seed=1, options=("--router", "router2"))
+    own = used_settings(plain)
     assert settings.keys() <= own.keys(), "a setting that router2 does not know"
-    assert {name: used[name] for name in settings} == settings
     assert all(own[name] != value for name, value in settings.items())
 
 
-@pytest.mark.parametrize("router", ["router1", "router2"])
-def test_the_clock_of_grade_8_is_of_the_same_routes(router, tmp_path):
+def is_of_the_same_routes(netlist, clock):
+    """Whether the clock of grade 8 is, and is as much faster as the grade is."""
+    log = netlist.with_name(f"{netlist.stem}.seed-1.grade-8.log").read_text()
+    return "Routing 0 arcs." in log and 1.15 * clock.mhz < clock.mhz_grade_8 < 1.5 * clock.mhz
+
+
+def test_the_clock_of_grade_8_is_of_the_same_routes(placed):
+    assert is_of_the_same_routes(*placed)
+
+
+@pytest.mark.nightly
+def test_so_is_that_of_the_other_router(tmp_path):
     netlist = synthesise_between_registers(SkidBuffer(2), tmp_path)
-    clock = flow.place_and_route(netlist, seed=1, options=("--router", router))
-    assert "Routing 0 arcs." in (tmp_path / "clock.seed-1.grade-8.log").read_text()
-    assert 1.15 * clock.mhz < clock.mhz_grade_8 < 1.5 * clock.mhz
+    assert is_of_the_same_routes(netlist, flow.place_and_route(netlist, seed=1, options=("--router", "router1")))
