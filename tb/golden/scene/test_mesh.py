@@ -1,7 +1,7 @@
 """Faces of a file as patches: doubled, facing either way, of one- and two-sided materials, whole or in halves."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from golden.scene.material import Material
@@ -38,6 +38,8 @@ def holds(patch, point):
 
 @settings(SETTINGS, max_examples=60)
 @given(faces())
+@example([(0, (0, 1, 2), 1, (0.7, 0.2), True), (0, (0, 2, 3), 1, (0.3, 0.8), True),
+          (0, (2, 0, 3), 1, (0.3, 0.8), False)])
 def test_the_first_of_doubled_faces_counts_and_is_two_sided_if_one_faces_the_other_way(given):
     """Halves of a square become one patch only if they have one material and one kind of sides, and face one way."""
     square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
