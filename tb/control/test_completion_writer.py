@@ -270,6 +270,14 @@ def test_short_requests():
     Writer(**{"memory.length_bits": 1}).run((3, 3, 3), own=1, late=0.9).check()
 
 
+def test_a_reset_at_any_time_of_short_requests():
+    """Between the requests of a record, and between their answers: each record is written once, whole."""
+    writer = Writer(**{"memory.length_bits": 1})
+    for stop in range(9, 70, 6):
+        writer.run((2, 2, 2), own=1, seed=stop, stops={stop, stop + 25}, after=(3, 15), slow=0.3).check()
+        assert Counter(writer.sources) == {0: 2, 1: 2, 2: 2, NO_CLUSTER: 1}, f"stop {stop}"
+
+
 @pytest.mark.parametrize("fails", [4, 6, 7])
 def test_a_record_is_written_again_if_any_of_its_requests_fails(fails):
     """Four requests of two beats each; it is known with the last answer."""

@@ -206,6 +206,15 @@ def test_the_culprit_is_the_section_that_was_begun_last(benches, code):
         assert codes(records) == [code if k == begun - 1 else "ABORTED" for k in range(3)]
 
 
+def test_a_load_that_has_ended_is_not_aborted(benches):
+    """Its record says how it ended, and when."""
+    load = {"tag": 9, "image": 64, "regions": 5, "copies": 1}
+    events = {2: {"i_load": load}, 8: {"load_over": READ_ERROR}, 12: {"i_command": 1}, 20: {"o_record": 1}}
+    found = benches[2].run(Script(2, events), 30)
+    (record,) = (said["o_record"] for given, said in found if said["o_record"] and given["o_record"])
+    assert (record["tag"], *codes([record]), record["begin"], record["end"]) == (9, "READ_REPLY", 2, 8)
+
+
 def test_the_culprit_after_a_stop(benches):
     """Sections that had not begun when they were aborted change nothing of who is blamed later."""
     events = {2: section(0, 1), 3: section(0, 2), 5: {"begins": 1}, 6: {"begins": 0, "o_record": 1},

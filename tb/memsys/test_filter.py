@@ -105,6 +105,17 @@ def test_every_generation_begins_empty(generation_bits, word_bits, count):
     assert came == expected
 
 
+@pytest.mark.parametrize(("generation_bits", "word_bits", "count"), [(1, 2, 64), (2, 2, 64), (3, 2, 128)])
+def test_a_word_that_no_generation_has_touched_for_long_is_empty(generation_bits, word_bits, count):
+    """However many generations lie between, and whether or not the tags have run out meanwhile: the first generation
+    takes a number of each word, each later one that of a word of its own.
+    """
+    most = min(LIMIT // word_bits, 2 * (1 << generation_bits) + 3)
+    alone = [np.array([word * word_bits]) for word in range(1, most)]
+    came, _ = run(make(generation_bits, word_bits, count), [np.concatenate(alone), *alone])
+    assert came == [(int(number), "passes") for given in (np.concatenate(alone), *alone) for number in given]
+
+
 def test_one_number_per_cycle_whether_it_passes_or_not():
     _, cycles = run(make(), [numbers(4, 100)])
     assert np.diff(cycles["in"]).tolist() == np.diff(cycles["out"]).tolist() == [1] * 99
