@@ -7,6 +7,7 @@ import importlib.metadata
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -21,7 +22,7 @@ from cocotb_tools.runner import Runner, Verilator, get_runner
 from hw.export import verilog_of
 from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
 from hw.simulator.verilator import OPTIMIZATION, verilator_package, verilator_version
-from tb.lib.seed import SEED
+from tb.lib.seed import IS_DRAWN, SEED
 
 __all__ = [
     "BUILD",
@@ -146,8 +147,15 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
         # Icarus writes waveforms only in a version of the language in which it runs the rest wrongly.
         Simulation(text, "verilator", waves=True).run(module, tests, name, SEED, given)
     if failed:
-        pytest.fail(f"{name}: {', '.join(failed)} failed with SEED={SEED} in {simulator}; waves in {WAVES / name}",
-                    pytrace=False)
+        pytest.fail(f"{name}: {', '.join(failed)} failed in {simulator}; waves in {WAVES / name}\n"
+                    f"again: {replay_command()}", pytrace=False)
+
+
+def replay_command() -> str:
+    """The command that repeats the test that runs, with what it has drawn."""
+    test = os.environ["PYTEST_CURRENT_TEST"].rpartition(" ")[0]
+    # Without the group that pytest-xdist appends.
+    return (f"SEED={SEED} " if IS_DRAWN else "") + f"pytest {shlex.quote(re.sub(r'@[^]@]*$', '', test))}"
 
 
 @dataclass(frozen=True)

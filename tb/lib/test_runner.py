@@ -65,3 +65,18 @@ def test_a_missing_simulator_fails_and_says_how_to_install_it(monkeypatch):
     runner._version.cache_clear()
     with pytest.raises(FileNotFoundError, match="apt-get install iverilog"):
         Simulation("module top; endmodule", "icarus")
+
+
+@pytest.mark.parametrize(("drawn", "test", "command"), [
+    (True, "tb/icu/test_a.py::test_b[x 1-y@z]@machine 2 (call)", "SEED=7 pytest 'tb/icu/test_a.py::test_b[x 1-y@z]'"),
+    (False, "tb/icu/test_a.py::TestA::test_b (call)", "pytest tb/icu/test_a.py::TestA::test_b")])
+def test_a_failing_bench_names_the_command_that_repeats_it(drawn, test, command, monkeypatch):
+    """As a shell takes it, whatever the processes that the tests were shared out to; the seed if there was one."""
+    monkeypatch.setattr(runner, "SEED", 7)
+    monkeypatch.setattr(runner, "IS_DRAWN", drawn)
+    monkeypatch.setattr(Simulation, "run", lambda self, *_, **__: ["failed"])
+    with monkeypatch.context() as patch:
+        patch.setenv("PYTEST_CURRENT_TEST", test)
+        with pytest.raises(pytest.fail.Exception, match=r"failed in verilator; waves in .*") as failure:
+            runner.simulate("module top; endmodule", "tb.lib.test_runner", ("bench",))
+    assert failure.value.msg.splitlines()[-1] == f"again: {command}"
