@@ -206,6 +206,16 @@ def test_the_culprit_is_the_section_that_was_begun_last(benches, code):
         assert codes(records) == [code if k == begun - 1 else "ABORTED" for k in range(3)]
 
 
+def test_the_culprit_of_one_reset_is_none_of_the_next(benches):
+    """Also if it had no section that could be blamed."""
+    events = {2: section(0, 1), 10: {"clusters": [TIMEOUT, {}], "o_record": 1}, 14: {"clusters": [{}, {}]},
+              24: {"i_command": 4}, 30: {"load_over": {}}, 34: section(0, 2), 36: {"begins": 1}, 37: {"begins": 0},
+              40: {"i_command": 1}}
+    found = benches[2].run(Script(2, events), 50)
+    records = [said["o_record"] for given, said in found if said["o_record"] and given["o_record"]]
+    assert [(one["tag"], *codes([one])) for one in records] == [(1, "ABORTED"), (2, "ABORTED")]
+
+
 def test_a_load_that_has_ended_is_not_aborted(benches):
     """Its record says how it ended, and when."""
     load = {"tag": 9, "image": 64, "regions": 5, "copies": 1}

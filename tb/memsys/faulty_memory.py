@@ -36,11 +36,14 @@ class BusFault:
         At least so many bursts of reads, or of writes, come before. Not every fault can be that of every burst.
     beat
         The beat, modulo the number of beats of the burst.
+    error
+        A beat that is unexpected, or not marked as the last one, is an error too: the kind's code comes before.
     """
 
     kind: str
     burst: int
     beat: int
+    error: bool = False
 
 
 class FaultyMemory(MemoryModel):
@@ -94,7 +97,7 @@ class FaultyMemory(MemoryModel):
             return
         at = self._fault.beat % most
         number, data, response, last = left[at]
-        other = data ^ 0x5A
+        other, wrong = data ^ 0x5A, ERROR if self._fault.error else response
         if kind in ("slverr", "decerr"):
             left[at] = number, other, ERROR if kind == "slverr" else DECERR, last
         elif kind == "late":
@@ -102,11 +105,11 @@ class FaultyMemory(MemoryModel):
         elif kind == "silent":
             self._due_reads.pop()
         elif kind in ("free id", "id of another read"):
-            left[at] = (free if kind == "free id" else used)[0], other, response, last
+            left[at] = ((free[0], other, wrong, last) if kind == "free id" else (used[0], other, response, last))
         elif kind == "unexpected beat":
-            self.inject(rid=free[0], rdata=other, rlast=last)
+            self.inject(rid=free[0], rdata=other, rlast=last, rresp=wrong)
         elif kind == "last beat not marked":
-            left[-1] = *left[-1][:-1], 0
+            left[-1] = *left[-1][:2], wrong, 0
         elif kind == "another beat marked":
             self.cut(most - at)
         elif kind == "a beat again":

@@ -83,7 +83,7 @@ class MemoryModel:
         if "bid" in pins:
             self._due_writes.appendleft((0, pins["bid"], pins.get("bresp", 0)))
         else:
-            beat = pins["rid"], pins.get("rdata", 0), 0, pins.get("rlast", 1)
+            beat = pins["rid"], pins.get("rdata", 0), pins.get("rresp", 0), pins.get("rlast", 1)
             self._due_reads.insert(0, (0, deque([beat])))
 
     def cut(self, beats: int) -> None:

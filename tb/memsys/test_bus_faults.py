@@ -128,7 +128,7 @@ async def every_fault(dut):
         for kind, code in KINDS.items():
             if kind == "id of another read" and bench.bench.config.memory.outstanding == 1:
                 continue
-            fault = BusFault(kind=kind, burst=draw.randrange(5), beat=draw.randrange(8))
+            fault = BusFault(kind=kind, burst=draw.randrange(5), beat=draw.randrange(8), error=draw.random() < 0.5)
             dut._log.info("round %d: %s", round_, fault)
             bench.model.arm(fault)
             clean = await bench.exchange()
@@ -168,6 +168,38 @@ async def silent_channels(dut):
 
 
 @cocotb.test()
+async def faults_beside_silence(dut):
+    """A channel falls silent at a drawn distance from a fault: all requests are answered, errors have the code of one
+    of the two, and the port recovers unless the burst never ends.
+    """
+    await start(dut, cycles=4_000_000)
+    draw = random.Random(options()["seed"])
+    for number in range(8 * options()["rounds"]):
+        kind = draw.choice(sorted(READ_FAULTS if number % 2 else WRITE_FAULTS))
+        if kind == "id of another read" and config_of(options()["changes"]).memory.outstanding == 1:
+            continue
+        bench = FaultBench(dut, draw, latency=5, spread=6, shuffles=True)
+        fault = BusFault(kind=kind, burst=draw.randrange(4), beat=draw.randrange(8), error=draw.random() < 0.5)
+        bench.model.arm(fault)
+        task = cocotb.start_soon(bench.exchange(8))
+        await ClockCycles(dut.clk, draw.randrange(8, 80))
+        channel = draw.choice("rb")
+        bench.model.silent.add(channel)
+        clean = await task
+        bench.model.silent.clear()
+        codes, lost = {Fault.READ_TIMEOUT if channel == "r" else Fault.WRITE_TIMEOUT}, bench.model.lost
+        if bench.model.struck:
+            codes.add(KINDS[kind])
+        bench.model.arm(None)
+        dut._log.info("%s and silence of %s: %s", fault, channel, bench.fault())
+        assert clean or bench.fault() in codes, fault
+        assert await bench.recovers() != lost, fault
+        bench.stop()
+        if lost:
+            await reset(dut)
+
+
+@cocotb.test()
 async def reset_of_the_machine_alone(dut):
     """Memory continues earlier reads: none of their beats is taken for one of a later read."""
     await start(dut, cycles=200_000)
@@ -196,7 +228,8 @@ async def reset_of_the_machine_alone(dut):
 def run(name, rounds, simulator, **changes):
     changes = {**CHANGES, **{f"memory.{name}": value for name, value in changes.items()}}
     component = MainMemoryPort(config=config_of(changes), tag=TAG)
-    simulate(component, MODULE, ("every_fault", "silent_channels", "reset_of_the_machine_alone"), simulator=simulator,
+    simulate(component, MODULE, ("every_fault", "silent_channels", "faults_beside_silence",
+                                 "reset_of_the_machine_alone"), simulator=simulator,
              name=name, changes=changes, rounds=rounds)
 
 
