@@ -54,6 +54,14 @@ def numbers(text, kind):
 DEVICE = 83640, 83640, 156, 208
 
 
+def test_shares_follow_from_the_five_numbers():
+    readme = (ROOT / "README.md").read_text()
+    cycles, luts = (int(number.replace(",", "")) for number in re.findall(
+        r"^\| \*\*([\d,]+)\*\* \| (?:cycles|LUT)", readme, re.MULTILINE))
+    assert f" a hemisphere of 16,384 rays in the Cornell box: {16384 / cycles:.1f} rays per cycle" in readme
+    assert f" {100 * luts / DEVICE[0]:.0f} % of the LUTs of an ECP5-85" in readme
+
+
 def test_area_of_a_cluster():
     """The rows of the page are the records of its commands, with twice the second one behind it."""
     page, last = ROOT / "docs" / "area.md", last_records(read_history())

@@ -23,7 +23,7 @@ def test_a_line_has_its_points_in_the_frame(tmp_path):
     """The frame is from (60, 390) to (520, 40); x ends at 1.02 times the largest one."""
     path = tmp_path / "folder" / "chart.svg"
     write_chart(path, [Line(name="a < b", x=np.array([0.0, 50, 100]), y=np.array([0.0, np.nan, 2])),
-                       Line(name="two", x=np.array([0.0, 25]), y=np.array([1.0, 8]), ends_at=51.0)],
+                       Line(name="two", x=np.array([0.0, 25, 50]), y=np.array([1.0, 8, np.inf]), ends_at=51.0)],
                 title="T & U", x_name="cycle", y_name="share", y_top=4.0)
     root = ElementTree.parse(path).getroot()
     assert root.get("viewBox") == "0 0 720 440"

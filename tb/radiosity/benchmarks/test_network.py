@@ -1,7 +1,5 @@
 """What the network's benchmarks make of their measurements."""
 
-import xml.etree.ElementTree as ET
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,6 @@ from radiosity.benchmarks.network import Traffic, assignments, by_position, dist
 from radiosity.benchmarks.network_load import Case, Curve, saturations
 from radiosity.benchmarks.traffic import Measurement
 from radiosity.benchmarks.traversal import by_clusters
-from radiosity.chart import Line, write_chart
 
 
 @pytest.mark.parametrize("clusters", [1, 2, 4, 8, 16, 32, 64])
@@ -62,16 +59,3 @@ def test_networks_stand_side_by_side():
 def test_designs_stand_side_by_side():
     rows = [f"| lobby | {count} | 2 | 3 | 4 | 5 | 6 | 7 | A | B{count} | C{count} | D |" for count in (1, 2)]
     assert by_clusters(rows) == ["| lobby | B1, C1 | B2, C2 |"]
-
-
-def test_charts_are_drawn_as_far_as_there_are_points(tmp_path):
-    path = tmp_path / "chart.svg"
-    write_chart(path, [Line(name="a < b", x=np.array([0, 1, 2]), y=np.array([1, 2, np.inf]), ends_at=1)],
-                title="t", x_name="x", y_name="y", y_top=4)
-    space = "{http://www.w3.org/2000/svg}"
-    drawing = ET.parse(path).getroot()
-    line, = drawing.iter(f"{space}polyline")
-    (x0, y0), (x1, y1) = ([float(value) for value in point.split(",")] for point in line.get("points").split())
-    assert x1 > x0
-    assert y1 < y0
-    assert {"a < b", "t", "x", "y"} <= {text.text for text in drawing.iter(f"{space}text")}
