@@ -1,6 +1,7 @@
 """The engine with any number of clusters is simulated by commands."""
 
 import json
+import math
 from dataclasses import replace
 
 import pytest
@@ -12,6 +13,7 @@ from golden.jobs.result_formats import HitFormat
 from radiosity.benchmarks.job_runs import JobSpec
 from radiosity.benchmarks.scaling import divisions, strong_runs, weak_run
 from radiosity.engine_machine import CALIBRATED, EngineMachine, EngineRun
+from radiosity.job_timing import job_timing
 
 pytestmark = pytest.mark.xdist_group("machines")
 
@@ -43,6 +45,18 @@ def test_what_is_larger_than_all_hardware_is_extrapolated():
     runs = [EngineRun(prepared=None, job=None, nodes=nodes, groups=1, simulated=None, dispatch=0)
             for nodes in (CALIBRATED, 2 * CALIBRATED)]
     assert [run.is_extrapolated for run in runs] == [False, True]
+
+
+@pytest.mark.parametrize("nodes", [2, 4])
+def test_a_part_of_a_cycle_bounds_a_job_as_a_whole_one(nodes):
+    """Casts are shared out to the clusters; the dispatcher reads two near cells of a section in a cycle."""
+    run = EngineMachine(SPEC, PRESETS["paper"]).run(nodes, nodes)
+    casts, near = run.simulated.cast_cycles, run.job.descriptors["near_count"].tolist()
+    # Otherwise nothing would be rounded.
+    assert casts % nodes
+    assert run.bounds["casts"] == math.ceil(casts / nodes)
+    sections = len(run.simulated.casts) * job_timing(run.job.config, latency=10).dispatch
+    assert run.bounds["dispatch"] == sections + sum(math.ceil(count / 2) for count in near)
 
 
 def test_the_longest_section_ends_with_its_results():
