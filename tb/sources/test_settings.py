@@ -21,9 +21,19 @@ def own_settings(tree):
                 yield node.lineno
 
 
+def without_settings(tree):
+    """Lines of functions that Hypothesis gives examples by its own settings, which draw anew in every run."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            decorators = [one.func if isinstance(one, ast.Call) else one for one in node.decorator_list]
+            names = [one.id for one in decorators if isinstance(one, ast.Name)]
+            if "given" in names and not any(name == "settings" or name.isupper() for name in names):
+                yield node.lineno
+
+
 def test_settings_are_the_shared_ones():
     wrong = [f"{path}:{line}" for path, tree in source_trees("tb").items() if path != SHARED
-             for line in own_settings(tree)]
+             for line in (*own_settings(tree), *without_settings(tree))]
     assert not wrong
 
 
@@ -31,3 +41,10 @@ def test_the_check_sees_settings():
     tree = ast.parse("\n".join((
         "settings(max_examples=3)", "settings(SETTINGS, derandomize=True)", "settings(SETTINGS, max_examples=3)")))
     assert list(own_settings(tree)) == [1, 2]
+
+
+def test_the_check_sees_tests_without_settings():
+    tree = ast.parse("\n".join((
+        "@given(a)", "def f(a):", "    pass", "@SETTINGS", "@given(a)", "def g(a):", "    pass",
+        "@settings(SETTINGS, max_examples=3)", "@given(a)", "def h(a):", "    pass")))
+    assert list(without_settings(tree)) == [2]

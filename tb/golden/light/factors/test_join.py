@@ -56,7 +56,7 @@ def test_pairs_are_joined_by_their_definition_whatever_the_blocks(drawn, data):
         entries = [next((entry for entry in rows[row] if entry[0] == column), None) for row, column in ((i, j), (j, i))]
         seen = [(side, *entry[1:]) for side, entry in zip((i, j), entries, strict=True) if entry]
         exposure = rays[i] / area[i] + rays[j] / area[j]
-        measured = [(error * area[side], factor * area[side]) for side, _, factor, error in seen if error == error]
+        measured = [(error * area[side], factor * area[side]) for side, _, factor, error in seen if not np.isnan(error)]
         if measured:
             # Of equally sure ones that of the second side.
             deviation, exchange = min(measured[::-1], key=lambda one: one[0])
