@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable
-from contextlib import suppress
 from functools import cache
 from importlib import import_module
 
@@ -35,11 +34,5 @@ def compiled(function: Callable) -> Callable:
     """
     if not is_compiler_active():
         return function
-    import numba
-
-    from golden.kernel_cache import KernelCache
-    dispatcher = numba.njit(nogil=True, error_model="numpy")(function)
-    with suppress(RuntimeError):  # the user has no folder
-        # Instead of numba's own cache, which takes no notice of what a function calls or reads in other files.
-        dispatcher._cache = KernelCache(dispatcher)
-    return dispatcher
+    from golden.kernel_dispatcher import KernelDispatcher
+    return KernelDispatcher(function)

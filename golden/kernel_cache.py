@@ -18,25 +18,33 @@ __all__ = ["MOST_FILES", "KernelCache", "kernel_folder"]
 MOST_FILES = 32
 
 
-def kernel_folder() -> Path:
-    """The folder of all machine code: ``$NUMBA_CACHE_DIR``, else ``radiosity-engine/kernels`` of the user's cache."""
+def kernel_folder() -> Path | None:
+    """The folder of all machine code: ``$NUMBA_CACHE_DIR``, else ``radiosity-engine/kernels`` of the user's cache.
+
+    None if the user has no folder.
+    """
     if given := os.environ.get("NUMBA_CACHE_DIR"):
         return Path(given)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "radiosity-engine" / "kernels"
+    try:
+        users = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    except RuntimeError:
+        return None
+    return users / "radiosity-engine" / "kernels"
 
 
 class KernelCache:
     """The machine code of one function, for numba's dispatcher, which calls these methods.
 
     The name of a file is a digest of the function and of all that it can call and read (`kernel_digest`), of the types
-    of its arguments, of the processor, and of the versions of Python, numba, LLVM and numpy. So nothing is read that
-    other code has made, and processes that write at the same time write the same. What cannot be read is compiled; what
-    cannot be written is kept for this process only.
+    of its arguments, of the processor, of the versions of Python, numba, LLVM and numpy, and of numba's settings. So
+    nothing is read that other code has made, and processes that write at the same time write the same. What cannot be
+    read is compiled; what cannot be written is kept for this process only.
     """
 
     def __init__(self, dispatcher):
-        self._dispatcher = dispatcher
-        self._folder = kernel_folder() / f"{dispatcher.__module__}.{dispatcher.__qualname__}".replace("<locals>", "-")
+        self._dispatcher, folder = dispatcher, kernel_folder()
+        name = f"{dispatcher.__module__}.{dispatcher.__qualname__}".replace("<locals>", "-")
+        self._folder = folder and folder / name
 
     @property
     def cache_path(self) -> str:
@@ -78,8 +86,8 @@ class KernelCache:
         """Remove nothing: what a file has is what compiling would give."""
 
     def _path(self, signature, target_context):
-        """The file of a signature; None if the function reads what has no digest."""
-        digest = kernel_digest(self._dispatcher)
+        """The file of a signature; None if there is no folder, or the function reads what has no digest."""
+        digest = self._folder and kernel_digest(self._dispatcher)
         if digest is None:
             return None
         from numba.core.sigutils import normalize_signature
@@ -99,7 +107,9 @@ class KernelCache:
 
 @cache
 def _versions():
-    return platform.python_version(), *(version(package) for package in ("numba", "llvmlite", "numpy"))
+    from numba import config
+    return (platform.python_version(), *(version(package) for package in ("numba", "llvmlite", "numpy")),
+            int(config.OPT), config.BOUNDSCHECK)
 
 
 def _text(kind):

@@ -82,7 +82,7 @@ class ClusterCast(NamedTuple):
     ready
         P int64: patches in the order in which they can be read.
     remote
-        3 x P int64: those that other clusters hold, those that none holds, and both where there is a patch store, in
+        P x 3 int64: those that other clusters hold, those that none holds, and both where there is a patch store, in
         the order of their requests.
     """
 
@@ -123,7 +123,7 @@ def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slo
     ahead = np.append(np.where(barriers[1:], 0, run_ahead), run_ahead)
     return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots, before_store], dtype=np.int64),
                        np.zeros(patches, dtype=np.int64), np.zeros(len(barriers), dtype=np.int64), ahead,
-                       np.zeros(patches, dtype=np.int64), np.zeros((3, patches), dtype=np.int64))
+                       np.zeros(patches, dtype=np.int64), np.zeros((patches, 3), dtype=np.int64))
 
 
 @compiled
@@ -253,14 +253,14 @@ def request_remote(cast: ClusterCast, items: StageItems, time: int, path: int, m
         return _NEVER
     numbers[_REMOTE_SENT + path] += 1
     _wake_filter(cast, time)
-    return cast.remote[path, number]
+    return cast.remote[number, path]
 
 
 @compiled
 def fetch(cast: ClusterCast, items: StageItems, patch: int) -> None:
     """The patch store does not have a patch: it is requested where it is."""
     path = _path(items, patch)
-    cast.remote[path, cast.numbers[_REMOTE_FOUND + path]] = patch
+    cast.remote[cast.numbers[_REMOTE_FOUND + path], path] = patch
     cast.numbers[_REMOTE_FOUND + path] += 1
 
 
@@ -394,7 +394,7 @@ def _find(cast, items):
         numbers[_OWN] += 1
         _make_ready(cast, patch)
     else:
-        cast.remote[path, numbers[_REMOTE_FOUND + path]] = patch
+        cast.remote[numbers[_REMOTE_FOUND + path], path] = patch
         numbers[_REMOTE_FOUND + path] += 1
     return True
 

@@ -203,8 +203,8 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
                         for trace in traces])
     first = np.concatenate([np.zeros((1, 4), dtype=np.int64), lengths.cumsum(axis=0)])
 
-    def joined(arrays):
-        return np.concatenate([np.asarray(array, dtype=np.int64) for array in arrays], axis=-1)
+    def joined(arrays, dtype=np.int64):
+        return np.concatenate([np.asarray(array, dtype=dtype) for array in arrays])
 
     clusters = np.full((count, 6), _NEVER, dtype=np.int64)
     clusters[:, _BEGUN], clusters[:, _STAGES], clusters[:, _SERVED], clusters[:, _LEFT] = 0, lengths[:, _STAGE], 0, 0
@@ -223,9 +223,10 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
             "ends", "ready", "remote", "closes", "ahead")},
         begins=np.zeros(first[-1, _STAGE], dtype=np.int64), time=np.zeros(first[-1, _CELL], dtype=np.int64),
         **{name: joined(getattr(trace, name) for trace in traces) for name in (
-            "offset", "entries", "is_new", "patch", "tests", "cycles", "searches", "first_cell")},
+            "offset", "entries", "patch", "tests", "cycles", "searches", "first_cell")},
+        is_new=joined((trace.is_new for trace in traces), bool),
         taken=np.zeros(count, dtype=np.int64),
-        owner=joined(owner), is_stored=joined(is_stored), requested=np.zeros(rows, dtype=np.int64),
+        owner=joined(owner), is_stored=joined(is_stored, bool), requested=np.zeros(rows, dtype=np.int64),
         unused=np.arange(rows)[::-1].copy(), count=np.array([rows], dtype=np.int64))
     for number in range(count):
         push(machine.late, timing.begin, 0, number)
@@ -247,7 +248,7 @@ def _cast(machine, number):
     patch, after, stage, last = first[_PATCH], end[_PATCH], first[_STAGE], end[_STAGE]
     return ClusterCast(machine.heap, machine.numbers[number], machine.limits, machine.ends[patch:after],
                        machine.closes[stage:last], machine.ahead[stage:last], machine.ready[patch:after],
-                       machine.remote[:, patch:after])
+                       machine.remote[patch:after])
 
 
 @compiled
@@ -288,7 +289,7 @@ def _run(machine):
                 number = _accept(machine, subject, time)
             elif kind == _FETCHED:
                 # Patches of a cluster arrive over the bus in the order of its requests.
-                _return(machine, number, time, _cast(machine, number).remote[ON_BUS, machine.taken[number]])
+                _return(machine, number, time, _cast(machine, number).remote[machine.taken[number], ON_BUS])
                 machine.taken[number] += 1
             elif kind == _LOOKED_UP:
                 _look_up(machine, number, time)

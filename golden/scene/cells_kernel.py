@@ -32,9 +32,11 @@ def patches_of_cells(vertices, lower, size, shape, margin):
                     if not within and not _touches(corners, lower, size, half, x, y, z, points, edges):
                         continue
                     if found == len(cells):
-                        longer = np.empty((2, 2 * found), dtype=np.int64)
-                        longer[0, :found], longer[1, :found] = cells, patches
-                        cells, patches = longer
+                        # Number by number: slices are checked, with a message that takes long to compile.
+                        more_cells, more_patches = np.empty((2, 2 * found), dtype=np.int64)
+                        for pair in range(found):
+                            more_cells[pair], more_patches[pair] = cells[pair], patches[pair]
+                        cells, patches = more_cells, more_patches
                     cell = (x * shape[1] + y) * shape[2] + z
                     cells[found], patches[found] = cell, patch
                     start[cell + 1] += 1

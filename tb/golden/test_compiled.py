@@ -13,6 +13,7 @@ import pytest
 
 import golden
 from golden import kernel_cache
+from golden.compiled import compiled
 from golden.kernel_cache import MOST_FILES, kernel_folder
 from golden.kernel_digest import kernel_digest
 from tb.sources.source_trees import ROOT
@@ -169,7 +170,8 @@ def test_kernels_run_where_the_user_has_no_folder(package, monkeypatch):
     for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(kernel_cache.Path, "expanduser", no_home)
-    assert run(package)[0] == _VALUE
+    assert run(package) == (_VALUE, True)
+    assert run(package) == (_VALUE, True)
 
 
 def no_home(path):
@@ -228,7 +230,7 @@ def test_the_folder_is_numbas_variable_or_in_the_users_cache(monkeypatch):
 def test_all_kernels_of_the_project_go_through_compiled_and_are_distinguished():
     sources = {path: path.read_text() for tree in ("golden", "radiosity", "hw") for path in (ROOT / tree).rglob("*.py")}
     users = {path.name for path, text in sources.items() if re.search(r"^\s*(import|from) numba\b", text, re.MULTILINE)}
-    assert users == {"compiled.py", "kernel_cache.py"}
+    assert users == {"kernel_cache.py", "kernel_dispatcher.py"}
     found = {}
     for module in pkgutil.walk_packages(golden.__path__, "golden."):
         if module.name != "golden.__main__":
@@ -238,6 +240,19 @@ def test_all_kernels_of_the_project_go_through_compiled_and_are_distinguished():
     assert len(found) == sum(text.count("\n@compiled\n") for text in sources.values())
     assert None not in found.values()
     assert len(set(found.values())) == len(found)
+
+
+def test_constants_that_kernels_pass_make_no_copies_of_what_they_call():
+    @compiled
+    def callee(x, y, both):
+        return x + y if both else x
+
+    @compiled
+    def caller(x):
+        return callee(x, 1, True) + callee(x, 2, False) + callee(x, x, x > 0)
+
+    assert caller(5) == 6 + 5 + 10
+    assert len(callee._twin.overloads) == 1
 
 
 def test_a_kernel_that_reads_an_object_of_its_package_is_not_kept():
@@ -259,4 +274,13 @@ def test_sets_and_arrays_count_by_their_values():
     digest = kernel_digest(kernel)
     assert digest == kernel_digest(kernel)
     kernel.__defaults__[0][1] = 5
+    assert kernel_digest(kernel) != digest
+
+
+def test_what_functions_within_a_kernel_read_is_told(monkeypatch):
+    def kernel(x):
+        return [_VALUE + y for y in x]
+
+    digest = kernel_digest(kernel)
+    monkeypatch.setitem(kernel.__globals__, "_VALUE", 5)
     assert kernel_digest(kernel) != digest

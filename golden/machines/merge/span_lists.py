@@ -66,7 +66,7 @@ def span_lists(triangles: ScreenTriangles, node: np.ndarray, width: int, height:
     count = _fill(np.concatenate([triangles.corners, triangles.colour], axis=2), np.asarray(node, dtype=np.int64), low,
                   high, width, line, found, slope)
     order = np.lexsort((found[2, :count], found[1, :count], found[0, :count]))
-    return SpanLists(*found[:, :count][:, order], slope[:count][order])
+    return SpanLists(*np.ascontiguousarray(found[:, :count][:, order]), slope[:count][order])
 
 
 @compiled
