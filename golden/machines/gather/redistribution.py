@@ -38,14 +38,15 @@ def redistributed(matrix: NodeMatrix) -> NodeMatrix:
     """The same entries in the same order: ceil(M / P) in each of the first M mod P nodes, floor(M / P) in the others.
 
     A row's element of a vector belongs to the last node that has entries of the row, that of a row without entries
-    to the node of the entry that follows.
+    to the node of the entry that follows, or, behind all entries, to that of the last one. The last node has the rows
+    of a matrix without entries.
 
     Source: Kurc 1997, section 2.6.1.
     """
     total, indptr = int(matrix.entries[-1]), matrix.matrix.indptr.astype(np.int64)
     entries = np.cumsum(np.append(0, shares(total, matrix.nodes)))
     last = np.minimum(np.maximum(indptr[1:] - 1, indptr[:-1]), max(total - 1, 0))
-    owner = np.searchsorted(entries[1:], last, side="right")
+    owner = np.minimum(np.searchsorted(entries[1:], last, side="right"), matrix.nodes - 1)
     rows = np.searchsorted(owner, np.arange(matrix.nodes + 1))
     return NodeMatrix(matrix=matrix.matrix, entries=entries, rows=rows)
 

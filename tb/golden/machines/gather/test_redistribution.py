@@ -1,5 +1,7 @@
 """Entries move until all nodes have as many, but for one; only what changes its node moves."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -39,6 +41,48 @@ def test_a_split_row_belongs_to_its_last_node():
     assert after.part_row.tolist() == [0, 1, 2, 2, 3]
     assert after.is_owner.tolist() == [True, True, False, True, True]
     assert after.is_split.tolist() == [False, True]
+
+
+def with_lengths(lengths, nodes):
+    """A matrix whose rows have so many entries, all of them in the last node."""
+    rows = len(lengths)
+    columns = np.concatenate([np.arange(length) % rows for length in lengths]) if rows else np.zeros(0)
+    matrix = sparse.csr_array((np.ones(sum(lengths)), columns, np.cumsum([0, *lengths])), shape=(rows, rows))
+    return NodeMatrix.of_rows(matrix, np.array([0] * nodes + [rows]))
+
+
+def check_by_definition(lengths, nodes):
+    """Entries are dealt one by one, and the owner of each row is looked up."""
+    before, total = with_lengths(lengths, nodes), sum(lengths)
+    node_of = [node for node in range(nodes) for _ in range(total // nodes + (node < total % nodes))]
+    first = np.cumsum([0, *lengths])
+    owner = [node_of[min(max(begin, end - 1), total - 1)] if total else nodes - 1
+             for begin, end in pairwise(first)]
+    after = redistributed(before)
+    assert after.entries.tolist() == [node_of.index(node) if node in node_of else total for node in range(nodes)] + [
+        total]
+    assert after.rows.tolist() == [sum(one < node for one in owner) for node in range(nodes)] + [len(lengths)]
+    moves, row_of = moves_of(before, after), np.repeat(np.arange(len(lengths)), lengths)
+    assert moves.target.tolist() == sorted(set(node_of) - {nodes - 1})
+    for target, entries, rows in zip(moves.target, moves.entries, moves.rows, strict=True):
+        its = row_of[np.array(node_of) == target]
+        assert (entries, rows) == (len(its), its[-1] - its[0] + 1)
+
+
+@pytest.mark.parametrize(("lengths", "nodes"), [
+    ([4, 0, 0, 4], 2), ([0, 0, 4, 4, 0, 0], 2), ([1, 0, 1, 0, 1], 3), ([2, 0, 0, 0, 1], 2), ([0, 3, 0, 3, 0], 8),
+    ([0, 0, 0], 2)])
+def test_rows_without_entries_at_a_boundary_have_the_owner_of_the_definition(lengths, nodes):
+    check_by_definition(lengths, nodes)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_entries_and_rows_are_those_of_the_definition(seed):
+    """Most rows are empty, so that they lie at all boundaries; there may be fewer entries than nodes."""
+    rng = np.random.default_rng(seed)
+    lengths = (rng.integers(0, 6, 12) * (rng.random(12) < 0.4)).tolist()
+    lengths[rng.integers(12)] += 1
+    check_by_definition(lengths, int(rng.integers(1, 9)))
 
 
 def test_a_heavy_row_is_shared_by_many_nodes():

@@ -38,19 +38,22 @@ def test_the_home_of_a_page_is_its_number_mod_the_nodes(nodes, page):
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize(("nodes", "pages", "frames"), RUNS)
-def test_a_page_in_write_mode_is_the_only_copy(nodes, pages, frames, seed):
-    found, modes = drawn_run(seed, nodes=nodes, pages=pages, frames=frames), {}
+def test_a_page_in_write_mode_is_the_only_copy_and_no_node_gets_a_mode_without_the_page(nodes, pages, frames, seed):
+    found, modes, fetched = drawn_run(seed, nodes=nodes, pages=pages, frames=frames), {}, [0] * nodes
     for page in range(pages):
         modes[page] = {page % nodes: READ}
     for _, node, page, code in found.log:
         if code == USED:
             continue
         if code in (READ, WRITE):
+            # Homes get their pages back in other messages.
+            fetched[node] += node not in modes[page] and node != page % nodes
             modes[page][node] = code
         else:
             del modes[page][node]
         assert len(modes[page]) == 1 or WRITE not in modes[page].values()
     assert found.counts["invalidations"].sum() > 0
+    assert found.counts["fetches"].tolist() == fetched
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -127,6 +130,18 @@ def test_a_writer_that_has_a_copy_gets_no_page():
     found = run_programs([[(0, [read(1), write(1, 5)])], []], pages=2)
     assert found.counts["faults"][0] == 2
     assert found.counts["fetches"][0] == 1
+
+
+def test_a_writer_whose_copy_is_invalidated_while_it_waits_gets_the_page():
+    """Nodes 1 and 2 have copies of a page of node 0, and request to write it at once; the first one's value is sent."""
+    programs = [[], [(0, [read(0)]), (LATER, [write(0, 5)])],
+                [(0, [read(0)]), (LATER, [write(0, 6, word=1), read(0)])], []]
+    found = run_programs(programs, pages=4)
+    written = [node for _, node, _, code in found.log if code == WRITE]
+    assert written == [1, 2]
+    assert found.counts["fetches"].tolist() == [0, 1, 2, 0]
+    assert found.counts["invalidations"].tolist() == [2, 0, 0, 0]
+    assert found.references.value.tolist() == [0, 5, 0, 6, 5]
 
 
 def test_a_read_of_a_page_being_written_brings_it_home_and_leaves_its_writer_a_copy():
