@@ -1,8 +1,24 @@
-import time
+"""Spans of work, in whatever order they end."""
 
+import time
+from functools import partial
+
+import numpy as np
 import pytest
 
+from golden.cast.methods import frustum_caster
+from golden.frustum import Hemisphere
+from golden.light import form_factors, two_pass
+from golden.light.factors.blocks import BlockStore
+from golden.light.factors.compute import compute_view_factors
+from golden.light.factors.hemisphere_rows import HemisphereRows
+from golden.light.factors.npz_file import write_npz
+from golden.light.factors.rows import FactorRows
+from golden.light.form_factors import hemisphere_sums, patch_columns
+from golden.light.two_pass import RenderSettings, render
+from golden.scene.builtin import builtin_scene
 from golden.spread import in_threads, in_turn, spans
+from tb.golden.hostile_spread import HOSTILE, HostileSpread
 
 PARTS = spans(23, 5)
 
@@ -36,3 +52,57 @@ def test_an_error_in_a_thread_ends_the_work():
     with pytest.raises(KeyboardInterrupt):
         list(in_threads(2)(work, spans(10000, 1)))
     assert len(begun) < 10000
+
+
+@pytest.fixture(params=HOSTILE, ids=lambda seed: repr(HostileSpread(seed)))
+def hostile(request):
+    """Ends spans in another order, and has done so when the test ends."""
+    made = HostileSpread(request.param)
+    yield made
+    assert made.turned
+
+
+def test_hemispheres_keep_their_light_and_rows_in_whatever_order_their_spans_end(hostile, monkeypatch):
+    """Hemispheres in front of a room, each of which sees another share of the sky; two are a span."""
+    scene, hemisphere = builtin_scene("cornell"), Hemisphere(16, 4)
+    monkeypatch.setattr(form_factors, "_BLOCK", 2 * len(hemisphere))
+    rng = np.random.default_rng(3)
+    points, normals = scene.bounds[1] + rng.uniform(1, 100, (8, 3)), rng.normal(size=(8, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    sums = partial(hemisphere_sums, frustum_caster(scene, "naive"), hemisphere, points, normals, -1,
+                   columns=len(scene), column_of=patch_columns(scene), sky=lambda direction: direction ** 2)
+    found, expected = sums(spread=hostile), sums()
+    assert found.light.tobytes() == expected.light.tobytes()
+    assert found.row_sums.tobytes() == expected.row_sums.tobytes()
+    assert (found.weights != expected.weights).nnz == 0
+    # Rows that are exchanged would be noticed.
+    assert len(np.unique(expected.light.round(9), axis=0)) == len(points)
+
+
+@pytest.mark.parametrize("rows", [partial(FactorRows, error=0.1, sky_patches="tregenza", block_rows=5),
+                                  partial(HemisphereRows, rays=(8, 4), block_rows=7)], ids=["rays", "hemispheres"])
+def test_blocks_of_view_factors_have_their_rows_in_whatever_order_they_end(rows, hostile, tmp_path):
+    scene = builtin_scene("furnace:2")
+    rows, content = rows(scene, frustum_caster(scene, "naive")), []
+    for name, spread in (("in turn", in_turn), ("hostile", hostile)):
+        store = BlockStore(tmp_path / name, {}, resume=False)
+        write_npz(compute_view_factors(rows, store=store, spread=spread), tmp_path / "F.npz")
+        content.append((tmp_path / "F.npz").read_bytes())
+    assert content[0] == content[1]
+
+
+def test_a_picture_has_its_bytes_and_counts_in_whatever_order_spans_end(monkeypatch):
+    """Hemispheres of elements, and pixels."""
+    hostile = HostileSpread(1)
+    monkeypatch.setattr(two_pass, "BATCH", 20)
+    monkeypatch.setattr(form_factors, "_BLOCK", 1 << 10)
+    scene = builtin_scene("cornell")
+    settings = RenderSettings(width=8, height=6, samples=4, light_samples=1, rays=(16, 4), max_edge=300, jobs=1)
+    whole, parts = (render(scene, camera=scene.camera, settings=settings, workers=workers)
+                    for workers in (None, hostile))
+    assert hostile.turned > 1
+    for name in ("image", "tests", "steps"):
+        assert getattr(parts, name).tobytes() == getattr(whole, name).tobytes()
+    for stats in (whole.stats, parts.stats):
+        del stats["seconds"]
+    assert parts.stats == whole.stats

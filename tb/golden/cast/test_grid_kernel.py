@@ -9,8 +9,9 @@ from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.rays import Rays
 from golden.errors import InputError
+from golden.scene import Material
+from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
-from golden.scene.cells import Cells
 from tb.golden.soups import axis_rays, closed_mesh, random_rays, soup
 
 FIELDS = ("patch", "t", "u", "v", "tests", "steps")
@@ -71,11 +72,37 @@ def test_both_choose_the_same_cells(name):
     assert_bits(compiled.nearest(rays), plain.nearest(rays))
 
 
-@pytest.mark.parametrize("cell", [0.3, 0.02])
-def test_both_list_the_same_patches_in_each_cell(cell):
-    compiled, plain = (Cells(soup(6), cell, compiled=compiled) for compiled in (True, False))
-    np.testing.assert_array_equal(compiled.start, plain.start)
-    np.testing.assert_array_equal(compiled.patch, plain.patch)
+def test_both_give_the_bits_of_naive_at_ties_ends_and_borders_of_cells():
+    """Every coordinate is a multiple of a half, as are borders of cells; patches lie on them, two at each place."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
+    places = np.array([(x, y, z) for x in range(4) for y in range(4) for z in range(5) if (x + 2 * y + z) % 3])
+    squares = corners + places[:, None]
+    squares = np.where((places[:, 0] % 2 > 0)[:, None, None], squares, squares[:, :, [2, 0, 1]])
+    builder = SceneBuilder("lattice")
+    for _ in range(2):
+        builder.add(squares, Material(name="paint"))
+    scene, random = builder.build(), np.random.default_rng(4)
+    direction = random.integers(-1, 2, (3000, 3)) * random.choice([0.5, 1.0], (3000, 1))
+    direction[~direction.any(axis=1)] = (0, 0, 1)
+    # Hits are at multiples of a half.
+    tmax = random.choice([0, 1, np.nextafter(1, 0), np.nextafter(1, 2), 2, np.inf], 3000)
+    rays = Rays(random.integers(-1, 10, (3000, 3)) / 2, direction, tmax=tmax)
+    expected = Naive(scene).nearest(rays)
+    assert (expected.t[tmax == np.nextafter(1, 2)] == 1).sum() > 20
+    assert (expected.patch >= 0).sum() > 300
+    for cell in (0.125, 0.25, 1.0):
+        compiled, plain = (Grid(scene, cell, compiled=compiled) for compiled in (True, False))
+        assert_bits(compiled.nearest(rays), plain.nearest(rays))
+        assert_bits(compiled.any_hit(rays), plain.any_hit(rays))
+        assert_bits(compiled.nearest(rays), expected, FIELDS[:4])
+        np.testing.assert_array_equal(compiled.cells.start, plain.cells.start)
+        np.testing.assert_array_equal(compiled.cells.patch, plain.cells.patch)
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_no_rays_have_no_hits(compiled):
+    hits = Grid(soup(4), 0.11, compiled=compiled).nearest(Rays(np.zeros((0, 3)), np.zeros((0, 3))))
+    assert [len(getattr(hits, name)) for name in FIELDS] == [0] * 6
 
 
 @pytest.mark.parametrize("offset", [0, 3e6])

@@ -54,14 +54,12 @@ def check(frusta):
             assert len(counts) == parts
 
 
-@pytest.mark.parametrize("first", range(0, 160, 40))
-def test_random_frusta_are_exact_with_any_number_of_clusters(first):
-    check(random_frustum(seed) for seed in range(first, first + 40))
+def test_random_frusta_are_exact_with_any_number_of_clusters():
+    check(map(random_frustum, range(36)))
 
 
-@pytest.mark.parametrize("first", range(0, 80, 40))
-def test_frusta_of_isolated_rays_are_exact_with_any_number_of_clusters(first):
-    check(speckled_frustum(seed) for seed in range(first, first + 40))
+def test_frusta_of_isolated_rays_are_exact_with_any_number_of_clusters():
+    check(map(speckled_frustum, range(18)))
 
 
 @pytest.mark.nightly
@@ -86,9 +84,9 @@ def frusta_of(name, *, cells, origins, rays=(64, 16), pixels=(40, 30), seed=0):
     return [RandomFrustum(seed, geometry, record, cell) for record in records for cell in cells]
 
 
-@pytest.mark.parametrize("name", ["cornell", "lobby", "room1627", "teapot:4", "mountain:3", "tetra:4"])
+@pytest.mark.parametrize("name", ["cornell", "room1627", "teapot:4"])
 def test_built_in_scenes_are_exact(name):
-    for frustum in frusta_of(name, cells=[0.125], origins=3):
+    for frustum in frusta_of(name, cells=[0.125], origins=2):
         assert frustum.differing() == 0
 
 
@@ -113,7 +111,7 @@ def test_tests_are_counted_ray_by_ray(seed):
 def test_the_order_of_the_patches_does_not_matter():
     frustum = random_frustum(6)
     expected = frustum.naive()
-    for seed in range(20):
+    for seed in range(4):
         order = np.random.default_rng(seed).permutation(len(frustum.geometry))
         hits, _ = Shelling(frustum.geometry[order], CONFIG, cell=frustum.cell).cast(frustum.record)
         np.testing.assert_array_equal(hits.inverse, expected.inverse)
@@ -126,7 +124,7 @@ def test_the_order_of_the_patches_does_not_matter():
 
 def test_subshells_change_the_order_only():
     random, more = np.random.default_rng(8), False
-    for frustum in [*map(random_frustum, range(12)), *frusta_of("room1627", cells=[0.125], origins=2)]:
+    for frustum in [*map(random_frustum, range(8)), *frusta_of("room1627", cells=[0.125], origins=1)]:
         window = PatchSetup(frustum.record, CONFIG).patches(frustum.geometry).window
         patches = random.permutation(np.argsort(window.rays % (len(frustum.record) // 3))[-6:])
         subshells = SubshellList(patches, random.integers(1, 20, 6), np.zeros(6), np.zeros(6))
@@ -139,11 +137,11 @@ def test_subshells_change_the_order_only():
     assert more
 
 
-@pytest.mark.parametrize(("make", "first"), [(random_frustum, 0), (random_frustum, 30), (speckled_frustum, 0)])
-def test_settle_codes_open_more_cells_and_the_hits_are_the_same(make, first):
+@pytest.mark.parametrize("make", [random_frustum, speckled_frustum])
+def test_settle_codes_open_more_cells_and_the_hits_are_the_same(make):
     coarse = CONFIG.replace({"icu.tile_bits": 3, "icu.settle_bits": 6, "icu.settle_fraction": 3})
     more = 0
-    for frustum in map(make, range(first, first + 30)):
+    for frustum in map(make, range(12)):
         sectors = halves(frustum.record, (1, 4)[frustum.seed % 2])
         hits, plain = frustum.shelling(sectors=sectors)
         for config in CONFIG, coarse:
@@ -158,7 +156,7 @@ def test_settle_codes_open_more_cells_and_the_hits_are_the_same(make, first):
 
 def test_survival_by_old_codes_opens_more_cells_and_the_hits_are_the_same():
     random, more = np.random.default_rng(9), 0
-    for frustum in [*map(random_frustum, range(12)), *map(speckled_frustum, range(12))]:
+    for frustum in [*map(random_frustum, range(6)), *map(speckled_frustum, range(6))]:
         expected, (plain,) = frustum.shelling(by_code=True)
         shelling = Shelling(frustum.geometry, CONFIG, cell=frustum.cell, by_code=True)
         memory, counts = RayMemory(len(frustum.record), CONFIG), ShellingCounts()
@@ -177,8 +175,8 @@ def test_survival_by_old_codes_opens_more_cells_and_the_hits_are_the_same():
 
 
 def wrong(frusta, *, parts=1):
-    """Number of frusta that differ."""
-    return sum(frustum.differing(sectors=halves(frustum.record, parts)) > 0 for frustum in frusta)
+    """Whether a frustum differs; those behind it are not cast."""
+    return any(frustum.differing(sectors=halves(frustum.record, parts)) for frustum in frusta)
 
 
 @pytest.fixture(scope="module")
@@ -254,19 +252,19 @@ def check_directed(margin, *, rows, count, seeds=range(8), **functions):
     margin(**functions)
     frusta = directed(seeds, rows, count)
     assert len(frusta) == count
-    assert wrong(frusta) == count
+    assert all(frustum.differing() for frustum in frusta)
     margin(**{name: ORIGINAL[name] for name in functions})
-    assert wrong(frusta) == 0
+    assert not wrong(frusta)
 
 
 ORIGINAL = {name: getattr(margins, name) for name in ("angle", "depth", "azimuth_reach")}
 
 
 def test_without_the_depth_directed_scenes_go_wrong(margin):
-    check_directed(margin, rows=10, count=6, depth=lambda shell: 0.0)
+    check_directed(margin, rows=10, count=3, depth=lambda shell: 0.0)
 
 
-@pytest.mark.parametrize(("step", "rows", "count", "seeds"), [(0.75, 10, 10, range(8)), (1.0, 12, 1, [59])])
+@pytest.mark.parametrize(("step", "rows", "count", "seeds"), [(0.75, 10, 3, range(8)), (1.0, 12, 1, [59])])
 def test_with_one_step_instead_of_the_angle_directed_scenes_go_wrong(margin, step, rows, count, seeds):
     check_directed(margin, rows=rows, count=count, seeds=seeds,
                    angle=lambda shell: step * grid_rays.steps(shell)[1] if shell > 2 else ORIGINAL["angle"](shell))
@@ -279,7 +277,7 @@ def test_with_two_azimuth_steps_near_the_pole_directed_scenes_go_wrong(margin):
         shell = 1 + (margins.DIAGONAL + margins.RADIUS) / np.sin(psi)
         return np.full(np.shape(polar), 2 * grid_rays.steps(shell)[0])
 
-    check_directed(margin, rows=2, count=10, azimuth_reach=two_steps)
+    check_directed(margin, rows=2, count=3, azimuth_reach=two_steps)
 
 
 def test_the_directed_scenes_end_with_the_margins_as_they_are():
