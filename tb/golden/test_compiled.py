@@ -277,7 +277,7 @@ def test_sets_and_arrays_count_by_their_values():
     assert kernel_digest(kernel) != digest
 
 
-def test_what_functions_within_a_kernel_read_is_told(monkeypatch):
+def test_what_functions_within_a_kernel_read_counts(monkeypatch):
     def kernel(x):
         return [_VALUE + y for y in x]
 
