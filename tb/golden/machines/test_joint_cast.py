@@ -65,6 +65,7 @@ def test_cycles_of_all_cuts_are_those_of_the_hardware():
     assert max(error) < 0.10
 
 
+@pytest.mark.nightly
 def test_patches_of_main_memory_take_the_cycles_of_the_hardware():
     rows = [row for row in recorded_memory() if row.scene == "tetra"]
     (row, cycles), = simulated_memory(rows)
@@ -73,6 +74,7 @@ def test_patches_of_main_memory_take_the_cycles_of_the_hardware():
     assert near < 0.9 * row.cycles
 
 
+@pytest.mark.nightly
 def test_the_thesis_machine_takes_the_cycles_of_the_hardware(monkeypatch):
     """Subshell lists with a barrier after each subshell, without which a cast has too few cycles."""
     rows = [row for row in recorded_memory() if row.preset == "thesis"]
@@ -97,6 +99,7 @@ def test_all_frusta_with_main_memory_take_the_cycles_of_the_hardware():
     assert max(error) < 0.03
 
 
+@pytest.mark.nightly
 def test_replies_share_the_port_and_the_link_of_their_owner(monkeypatch):
     """One cluster serves all others; replies that do not wait for each other take too few cycles."""
     rows = [row for row in recorded_cuts() if (row.topology, row.sets, row.cell) == ("ring", "first", 0.5)]
