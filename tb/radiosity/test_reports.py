@@ -67,7 +67,7 @@ def test_quiet_prints_nothing(folder, name):
 
 
 def test_the_group_is_quiet_too(folder):
-    assert run("-q", "scenes").stdout == ""
+    assert run("-q", "config", "tiny").stdout == ""
 
 
 def test_quiet_and_verbose_exclude_each_other(folder):
