@@ -288,7 +288,7 @@ def test_what_lies_behind_column_0():
     coverage.check()
 
 
-@pytest.mark.parametrize("levels", [1, 2, 3])
+@pytest.mark.parametrize("levels", [2, *(pytest.param(other, marks=pytest.mark.nightly) for other in (1, 3))])
 def test_rates_after_the_latency(levels):
     """A group per cycle, or a ray of a live group; and after the latency a ray alone."""
     config = config_of({"ctu.pyramid_levels": levels})
