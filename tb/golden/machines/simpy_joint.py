@@ -9,7 +9,7 @@ from golden.memsys.cache import Cache
 from tb.golden.machines.simpy_cluster import SimpyCluster
 from tb.golden.machines.simpy_network import Packet, SimpyNetwork, cycles
 
-__all__ = ["simpy_joint"]
+__all__ = ["SimpyBus", "simpy_joint"]
 
 
 def simpy_joint(traces, home, timing, joint, *, routing, slots, run_ahead, bus=None, memsys=None, kept=(),

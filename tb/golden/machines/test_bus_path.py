@@ -1,4 +1,4 @@
-"""When patches of main memory come over the bus, by hand."""
+"""When patches of main memory come over the bus, by hand and by queues without bounds."""
 
 from dataclasses import replace
 
@@ -7,6 +7,7 @@ import pytest
 
 from golden.config import PRESETS
 from golden.machines.bus_path import BusTiming, bus_cycle, bus_path, request_on_bus
+from tb.golden.machines.simpy_joint import SimpyBus
 
 TIMING = BusTiming(request=1, hit=2, fetch=20, next_fetch=10, words=1, beats=1, outstanding=8, fetches=2, requests=8)
 
@@ -38,3 +39,26 @@ def test_the_request_that_has_waited_longest_is_granted():
     for time, cluster in ((0, 2), (1, 1), (1, 0)):
         request_on_bus(path, time, cluster, cluster)
     assert [bus_cycle(path, time)[0] for time in range(5)] == [-1, 2, 0, 1, -1]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_grants_and_answers_are_those_of_unbounded_queues_however_often_buffers_wrap(seed):
+    """Three requests of each cluster wait at most, in a buffer of three; four answers and two fetches are in flight."""
+    rng = np.random.default_rng(seed)
+    memsys = PRESETS["paper"].replace({"memsys.cache_policy": "lru", "memsys.patch_lines": 8}).memsys
+    timing = BusTiming(request=2, hit=3, fetch=20, next_fetch=5, words=4, beats=2, outstanding=3, fetches=2, requests=4)
+    path, queues = bus_path(timing, memsys, clusters=3, kept=[1, 2]), SimpyBus(timing, memsys, 3, [1, 2])
+    waiting, granted = [0, 0, 0], 0
+    for cycle in range(400):
+        for cluster in np.flatnonzero(rng.random(3) < 0.4):
+            if waiting[cluster] < 3:
+                patch = int(rng.integers(12))
+                request_on_bus(path, cycle, cluster, patch)
+                queues.ask(int(cluster), patch, cycle + timing.request)
+                waiting[cluster] += 1
+        found = bus_cycle(path, cycle)
+        assert found == (queues.grant(cycle) or (-1, 0))
+        if found[0] >= 0:
+            waiting[found[0]] -= 1
+            granted += 1
+    assert granted > 100
