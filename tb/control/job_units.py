@@ -10,13 +10,13 @@ from hw.control.job_formats import IN_FLIGHT
 from hw.noc.network_fault import NetworkFault
 from hw.registers.error_code import ErrorCode
 
-__all__ = ["COPIES", "IMAGE", "RING", "WRITE_FAULTS", "JobUnits", "Plan", "quiet"]
+__all__ = ["COPIES", "IMAGE", "RING", "JobUnits", "Plan", "quiet"]
 
 RING, COMPLETIONS, IMAGE = 0x1000, 0x9000, 0x40000
 # The bit of the register `command` that is no command.
 COPIES = 8
 # Of the port; which one is a matter of the seed.
-WRITE_FAULTS = tuple(ErrorCode[f"WRITE_{name}"].value for name in ("TIMEOUT", "PROTOCOL", "OUTSIDE"))
+_WRITE_FAULTS = tuple(ErrorCode[f"WRITE_{name}"].value for name in ("TIMEOUT", "PROTOCOL", "OUTSIDE"))
 _COMMANDS = {"stop": 1, "clear": 2, "resume": 4, "none": 0, "stop far": 1}
 
 
@@ -156,7 +156,7 @@ class JobUnits:
         elif event in ("far", "stop far"):
             self._extra = (1 << self.plan.ring_bits) + len(self.plan.kinds)
         elif event in ("port reads", "port writes"):
-            writes = WRITE_FAULTS[self.plan.seed % len(WRITE_FAULTS)]
+            writes = _WRITE_FAULTS[self.plan.seed % len(_WRITE_FAULTS)]
             self._memory = {"code": ErrorCode.READ_OUTSIDE.value if event == "port reads" else writes, "address": 0x777}
 
     def _clusters(self):

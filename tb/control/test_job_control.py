@@ -14,7 +14,7 @@ from hw.control.job_control import JobControl
 from hw.noc.network_fault import NetworkFault
 from hw.registers.error_code import ErrorCode
 from tb.control.control_bench import ControlBench, Script
-from tb.control.job_units import COPIES, IMAGE, RING, WRITE_FAULTS, JobUnits, Plan
+from tb.control.job_units import COPIES, IMAGE, RING, JobUnits, Plan
 from tb.lib.coverage import Coverage
 from tb.lib.seed import SEED
 from tb.lib.timing import documented_latency
@@ -353,10 +353,16 @@ def test_records_that_cannot_be_written(benches):
         assert found[-1][1]["taken"] == 9
 
 
-@pytest.mark.parametrize("seed", range(len(WRITE_FAULTS)))
-def test_a_record_that_cannot_be_written_has_the_code_of_the_port(benches, seed):
-    found, _ = play(benches, Plan(cycles=60, seed=seed, events={38: "port writes", 40: "unwritten"}))
-    assert ErrorCode(WRITE_FAULTS[seed]).name in errors(found)
+@pytest.mark.parametrize("port", ["READ_TIMEOUT", "READ_PROTOCOL", "WRITE_OUTSIDE", "WRITE_TIMEOUT", "WRITE_PROTOCOL"])
+def test_the_fault_of_the_port_is_told_of_its_direction_alone(benches, port):
+    """Of a load, of the ring, and of a record."""
+    fault = {"memory_fault": {"code": ErrorCode[port].value, "address": 8}}
+    of_reads, of_writes = (port if port.startswith(kind) else f"{kind}_REPLY" for kind in ("READ", "WRITE"))
+    load = {"i_load": {"tag": 1, "image": 64, "regions": 1, "copies": 0}}
+    found = benches[1].run(Script(1, {2: load, 5: fault, 8: {"load_over": READ_ERROR}, 9: {"o_record": 1}}), 12)
+    assert codes([said["o_record"] for _, said in found if said["o_record"]]) == [of_reads]
+    for name, code in (("unread", of_reads), ("unwritten", of_writes)):
+        assert errors(benches[1].run(Script(1, {4: fault, 8: {name: 1}}), 12)) == [code]
 
 
 def test_commands_that_are_not_possible(benches):

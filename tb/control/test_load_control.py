@@ -13,6 +13,7 @@ from hw.memsys.image_layout import RegionNumber
 from hw.memsys.preload_dma import OWN
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.responder import responder
+from tb.lib.runner import IN_A_COMMIT
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 4, "noc.rows": 1})
@@ -26,7 +27,7 @@ class TestLoadControl(Bench):
     changes = {"noc.columns": CLUSTERS, "noc.rows": 1}
     variants = [{}]
     # One testbench of the control's in Verilator in every commit.
-    simulators = ("verilator", pytest.param("icarus", marks=[pytest.mark.icarus, pytest.mark.sim]))
+    simulators = IN_A_COMMIT
 
     @staticmethod
     def fault(image, cluster):
