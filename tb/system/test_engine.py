@@ -44,8 +44,9 @@ def test_sections_follow_each_other_without_a_gap(clusters):
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
 @pytest.mark.parametrize("memory", [
-    {"latency": 1}, {"latency": 10, "spread": 30, "shuffles": True, "seed": 5}, {"latency": 4 * POLL}],
-    ids=["near", "far", "slow"])
+    pytest.param({"latency": 1}, id="near"),
+    pytest.param({"latency": 10, "spread": 30, "shuffles": True, "seed": 5}, id="far"),
+    pytest.param({"latency": 4 * POLL}, id="slow", marks=pytest.mark.sim)])
 def test_phases_change_in_the_queue(clusters, memory):
     """Scenes, cells, rays, resident sets and formats; in a ring that is shorter than the job."""
     config = CONFIGS[clusters]

@@ -96,7 +96,8 @@ def _ends_of_the_engine():
     return {path.ends for path in paths}
 
 
-@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=[pytest.mark.sim] * (name == "cluster")) for name in MAKERS])
 def test_no_ready_depends_on_another_units(name):
     """Exactly the known ones do: one that is no longer there must leave the list."""
     found = ready_paths(MAKERS[name]())
@@ -120,6 +121,7 @@ def test_a_path_around_all_units_is_found_and_one_through_a_unit_is_its_own():
         ("unit.i", "o"), ("i_beside", "o_beside")}
 
 
+@pytest.mark.sim
 def test_the_engine_without_a_skid_buffer_is_found(monkeypatch):
     """Between the load, which is the only block that is not idle, and the clusters: each word waits for all of them."""
     for name in IDLE:
