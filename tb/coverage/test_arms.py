@@ -17,7 +17,7 @@ LINES = Path(__file__).read_text().splitlines()
 
 
 class Counts(wiring.Component):
-    """Counts while told to, up and down."""
+    """Counts while requested, up and down."""
 
     go: In(1)
     down: In(1)

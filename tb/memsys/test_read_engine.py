@@ -81,7 +81,7 @@ def test_an_error_is_one_of_its_burst():
 @pytest.mark.parametrize(("beat", "code"), [
     ((0, SLVERR, 1), Fault.READ_REPLY), ((3, 0, 1), Fault.READ_PROTOCOL)])
 def test_a_fault_beside_a_time_out(beat, code):
-    """Before it and after it both are told, in their order; in the same cycle the time-out alone."""
+    """Before it and after it both are reported, in their order; in the same cycle the time-out alone."""
     seen = [[one for one, _ in faults_of({cycle: beat})] for cycle in range(16, 24)]
     same = seen.index([Fault.READ_TIMEOUT])
     assert seen == [[code, Fault.READ_TIMEOUT]] * same + [[Fault.READ_TIMEOUT]] + (

@@ -91,7 +91,7 @@ def test_settings_reach_the_router(placed):
 
 @pytest.mark.nightly
 def test_the_router_knows_all_settings(placed, tmp_path):
-    """nextpnr ignores settings that it does not know. In its own design are those that it has without being told."""
+    """nextpnr ignores settings that it does not know. In its own design are those that it has by default."""
     design = json.loads(placed[0].read_text())
     settings = design["modules"]["top"].pop("settings")
     plain = tmp_path / "plain.json"
