@@ -225,6 +225,17 @@ def test_a_load_that_has_ended_is_not_aborted(benches):
     assert (record["tag"], *codes([record]), record["begin"], record["end"]) == (9, "READ_REPLY", 2, 8)
 
 
+def test_what_comes_in_a_reset_is_ignored(benches):
+    """The end of a load, in its first cycle and in a later one."""
+    for cycle in 9, 10:
+        load = {"tag": 9, "image": 64, "regions": 5, "copies": 1}
+        events = {2: {"i_load": load}, 8: {"i_command": 1, "memory_busy": 1}, cycle: {"load_over": {}},
+                  12: {"memory_busy": 0}, 16: {"o_record": 1}}
+        found = benches[2].run(Script(2, events), 24)
+        assert codes([said["o_record"] for given, said in found if said["o_record"] and given["o_record"]]) == [
+            "ABORTED"]
+
+
 def test_the_culprit_after_a_stop(benches):
     """Sections that had not begun when they were aborted change nothing of who is blamed later."""
     events = {2: section(0, 1), 3: section(0, 2), 5: {"begins": 1}, 6: {"begins": 0, "o_record": 1},

@@ -345,7 +345,7 @@ def test_init_wrong_size(name, message, value, error):
 @pytest.mark.parametrize(("seed", "ready"), [(1, 1.0), (2, 0.5), (3, 0.8)])
 def test_renewed_locations(seed, ready):
     """Reads, writes and renewals in any order: each read is answered once, with data that its location held then."""
-    depth, cycles = 4, 1500
+    depth, cycles = 4, 800
     dut, random = IStructure(16, depth=depth, version_bits=VERSION_BITS, deferred=8, tag=12, renews=True), \
         np.random.default_rng(seed)
     # By location: the present data, and from and to which cycle each datum was there. By tag: location and cycle.
