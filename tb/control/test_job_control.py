@@ -365,7 +365,7 @@ def test_records_that_cannot_be_written(benches):
 
 
 @pytest.mark.parametrize("port", ["READ_TIMEOUT", "READ_PROTOCOL", "WRITE_OUTSIDE", "WRITE_TIMEOUT", "WRITE_PROTOCOL"])
-def test_the_fault_of_the_port_is_told_of_its_direction_alone(benches, port):
+def test_the_fault_of_the_port_is_reported_for_its_direction_alone(benches, port):
     """Of a load, of the ring, and of a record."""
     fault = {"memory_fault": {"code": ErrorCode[port].value, "address": 8}}
     of_reads, of_writes = (port if port.startswith(kind) else f"{kind}_REPLY" for kind in ("READ", "WRITE"))
