@@ -198,7 +198,9 @@ def fetches(patches, restarts=()):
     return fetched
 
 
-@pytest.mark.parametrize(("gap", "stall", "spread"), [(None, 0.0, 30), (0, 0.0, 30), (0, 0.6, 90), (12, 0.3, 5)])
+@pytest.mark.parametrize(("gap", "stall", "spread"), [
+    (0, 0.0, 30), (12, 0.3, 5),
+    pytest.param(None, 0.0, 30, marks=pytest.mark.sim), pytest.param(0, 0.6, 90, marks=pytest.mark.sim)])
 def test_fetches_follow_from_the_order_of_requests(gap, stall, spread):
     """Whatever overlaps: the fetches are golden's, in its order; also of a store that was emptied."""
     patches, restarts = drawn(240, 7, most=24), (80, 81, 160)
