@@ -105,6 +105,14 @@ class Machine:
         self._simulator.run()
         return self.records
 
+    def _set_constants(self, ctx):
+        """The ring's place, and memory that always accepts."""
+        top, control = self._top, self._top.control
+        for name, value in ("ring", RING), ("completions", COMPLETIONS), ("ring_bits", BITS), ("image", 0x40):
+            ctx.set(getattr(control, name), value)
+        for accepted in control.o_load, top.writer.o_request, top.writer.o_data, top.fetch.o_request:
+            ctx.set(accepted.ready, 1)
+
     async def _drive(self, ctx):
         top = self._top
         fetch, control, writer, slots = top.fetch, top.control, top.writer, top.slots
@@ -113,19 +121,13 @@ class Machine:
         reads, beats, answers, load = deque(), deque(), deque(), None
         sections, words = [deque() for _ in slots], [deque() for _ in slots]
         submitted, halted = 0, 0
-        for name, value in ("ring", RING), ("completions", COMPLETIONS), ("ring_bits", BITS), ("image", 0x40):
-            ctx.set(getattr(control, name), value)
-        ctx.set(control.o_load.ready, 1)
-        ctx.set(writer.o_request.ready, 1)
-        ctx.set(writer.o_data.ready, 1)
-        ctx.set(fetch.o_request.ready, 1)
+        self._set_constants(ctx)
         ports = [Value.cast(one) for one in (
             control.stops, control.status, control.completed, fetch.o_request.valid, fetch.o_request.payload,
             fetch.i_reply.ready, control.o_load.valid, writer.o_request.valid, writer.o_request.payload,
             writer.o_data.valid, writer.o_data.payload,
             *(slot.o.valid for slot in slots), *(slot.o.payload for slot in slots), *(one.ready for one in writer.i))]
-        nodes, command = self.nodes, 0
-        known = {}
+        nodes, known = self.nodes, {}
 
         def put(signal, value):
             # The simulator is slow in accesses from outside.
