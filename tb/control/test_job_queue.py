@@ -120,14 +120,13 @@ class Machine:
         draw, memory, size = random.Random(seed), {}, self.config.memory.beat_bytes
         reads, beats, answers, load = deque(), deque(), deque(), None
         sections, words = [deque() for _ in slots], [deque() for _ in slots]
-        submitted, halted = 0, 0
         self._set_constants(ctx)
         ports = [Value.cast(one) for one in (
             control.stops, control.status, control.completed, fetch.o_request.valid, fetch.o_request.payload,
             fetch.i_reply.ready, control.o_load.valid, writer.o_request.valid, writer.o_request.payload,
             writer.o_data.valid, writer.o_data.payload,
             *(slot.o.valid for slot in slots), *(slot.o.payload for slot in slots), *(one.ready for one in writer.i))]
-        nodes, known = self.nodes, {}
+        nodes, known, submitted, halted = self.nodes, {}, 0, 0
 
         def put(signal, value):
             # The simulator is slow in accesses from outside.
