@@ -64,7 +64,11 @@ demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
 
 test: lint ## what every commit must pass: golden model, product, a bench of each block under cocotb, jobs on the engine
 	@echo "== tests of a commit, two at a time"
-	$(PYTEST) -m "not nightly and not sim"
+	@# pytest takes a third of its start to prepare assertions that print their values: only those that fail need it.
+	@$(PYTEST) --assert=plain -m "not nightly and not sim" || { \
+	  code=$$?; echo "== those that failed again, with the values of their assertions"; \
+	  [ $$code -eq 1 ] && $(BIN)/pytest --last-failed --last-failed-no-failures none -m "not nightly and not sim"; \
+	  exit $$code; }
 
 sim: $(STAMP) ## the regressions of the hardware: cocotb in Verilator and Icarus, proofs, engines; BLOCK=icu for one block
 	@for block in $(BLOCK); do \

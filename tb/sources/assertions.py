@@ -59,17 +59,17 @@ def _is_length_of_anything(test):
 
 def _compares_itself(node):
     """Whether two neighbours of a comparison are the same expression; calls may have different results."""
-    return any(ast.dump(one) == ast.dump(other) and not any(
+    return any(type(one) is type(other) and ast.dump(one) == ast.dump(other) and not any(
         isinstance(part, ast.Call | ast.Await | ast.NamedExpr) for part in ast.walk(one))
                for one, other in pairwise((node.left, *node.comparators)) if not isinstance(one, ast.Constant))
 
 
 def _unused(function):
     """Functions in a function that nothing names."""
-    names = {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
-    for node in function.body:
-        if isinstance(node, _FUNCTIONS) and node.name not in names and not node.decorator_list:
-            yield node.lineno, f"{node.name} is never called"
+    inner = [node for node in function.body if isinstance(node, _FUNCTIONS) and not node.decorator_list]
+    if inner:
+        names = {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
+        yield from ((node.lineno, f"{node.name} is never called") for node in inner if node.name not in names)
 
 
 class Assertions:
@@ -105,6 +105,9 @@ class Assertions:
             and "AssertionError" in map(ast.unparse, node.bases)}
         self._asserting = {id(node) for path in trees for nodes in self._functions[path].values() for node in nodes
                            if _asserts(node, errors)}
+        # By function: the names and the attributes in it.
+        self._words = {id(node): _words(node) for path in trees for nodes in self._functions[path].values()
+                       for node in nodes if id(node) not in self._asserting}
         self._close()
 
     def _files(self, module, name):
@@ -125,18 +128,11 @@ class Assertions:
 
     def _calls(self, path, function):
         """Whether a function names one that asserts."""
-        for node in ast.walk(function):
-            if isinstance(node, ast.Name):
-                files = [path, self._imports[path].get(node.id)]
-                name = node.id
-            elif isinstance(node, ast.Attribute):
-                files, name = [path, *self._imports[path].values()], node.attr
-            else:
-                continue
-            if any(id(one) in self._asserting and one is not function
-                   for file in files if file for one in self._functions[file].get(name, ())):
-                return True
-        return False
+        names, attributes = self._words[id(function)]
+        imports, anywhere = self._imports[path], [path, *self._imports[path].values()]
+        words = [*((name, [path, imports.get(name)]) for name in names), *((name, anywhere) for name in attributes)]
+        return any(id(one) in self._asserting and one is not function for name, files in words
+                   for file in files if file for one in self._functions[file].get(name, ()))
 
     def without(self, path: str) -> Iterator[tuple[int, str]]:
         """Lines and names of the tests of a file that assert nothing."""
@@ -144,6 +140,13 @@ class Assertions:
             for node in nodes:
                 if (name.startswith("test_") or _is_coroutine_test(node)) and id(node) not in self._asserting:
                     yield node.lineno, f"{name} asserts nothing"
+
+
+def _words(function):
+    """All names and all attributes in a function."""
+    nodes = list(ast.walk(function))
+    return ({node.id for node in nodes if isinstance(node, ast.Name)},
+            {node.attr for node in nodes if isinstance(node, ast.Attribute)})
 
 
 def _is_coroutine_test(node):
