@@ -74,17 +74,19 @@ class _SharedRuntime(Verilator):
     def _build_command(self):
         verilate, make = super()._build_command()
         # Newer than the makefile, on which they depend.
-        kept = sorted(self._runtime().glob("*.o"))
+        kept = sorted(_runtime(self.waves).glob("*.o"))
         return [verilate, *([["cp", *map(str, kept), str(self.build_dir)]] if kept else []), make]
 
-    def _runtime(self):
-        return build_folder() / "runtime" / content_key(_version("verilator"), _MAKE, self.waves)
-
-    def keep_runtime(self):
-        """Keep the runtime of a build for others."""
-        kept = self._runtime()
+    @contextlib.contextmanager
+    def sharing(self, waves: bool) -> Iterator[None]:
+        """A context of a build, which keeps the runtime for others; who needs it while it is compiled waits."""
+        kept = _runtime(waves)
         kept.parent.mkdir(parents=True, exist_ok=True)
-        with locked(kept):
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(locked(kept))
+            if kept.exists():
+                stack.close()
+            yield
             if not kept.exists():
                 part = kept.with_suffix(".part")
                 shutil.rmtree(part, ignore_errors=True)
@@ -92,6 +94,11 @@ class _SharedRuntime(Verilator):
                 for path in Path(self.build_dir).glob("verilated*.o"):
                     shutil.copyfile(path, part / path.name)
                 part.rename(kept)
+
+
+def _runtime(waves):
+    """The folder of the compiled runtime."""
+    return build_folder() / "runtime" / content_key(_version("verilator"), _MAKE, waves)
 
 
 class _PortsOnly(_SharedRuntime):
@@ -279,11 +286,11 @@ class Simulation:
                 control.write_text("\n".join(["`verilator_config", *(
                     f'public_flat_rw -module "top" -var "{pattern}"' for pattern in self._visible), ""]))
                 sources.insert(0, control)
-            with tools():
+            shares = runner.sharing(self._waves) if self._simulator == "verilator" else contextlib.nullcontext()
+            with tools(), shares:
                 runner.build(sources=sources, hdl_toplevel="top", build_dir=folder, always=True, waves=self._waves,
                              timescale=("1ns", "1ps"), build_args=_FLAGS[self._simulator], log_file=folder / log)
             if self._simulator == "verilator":
-                runner.keep_runtime()
                 subprocess.run(["strip", program], cwd=folder, check=False)
             made = folder / "made"
             made.mkdir()
