@@ -66,6 +66,10 @@ class TestLoadControl(Bench):
     def known_cases(self):
         return {"drawn": Case(self.vectors, timed=False)}
 
+    def predict(self, given, trace, component, config):
+        """The DMA decides when a command ends; `test_latency` has the first command."""
+        return {}
+
 
 def run(dut, bench):
     async def testbench(ctx):

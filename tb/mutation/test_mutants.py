@@ -17,6 +17,8 @@ COUNT = 6
 CASE = "tb.package.test_export", ("every_word",)
 
 
+@pytest.mark.icarus
+@pytest.mark.nightly
 def test_the_component_and_mutants_of_it():
     mutants = make_mutants(verilog_of(Rom(), "top"), count=COUNT, seed=1)
     assert len(mutants.about) == COUNT

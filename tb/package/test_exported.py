@@ -49,6 +49,7 @@ def test_the_engine(preset, simulator, tmp_path):
              changes=PRESETS[preset].parameters(), cycles=CYCLES)
 
 
+@pytest.mark.icarus
 @pytest.mark.nightly
 @pytest.mark.parametrize("half_period", [3.7, 11.3])
 def test_the_engine_between_clocks(half_period, tmp_path):

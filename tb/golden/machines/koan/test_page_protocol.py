@@ -135,7 +135,7 @@ def test_a_writer_that_has_a_copy_gets_no_page():
 def test_a_writer_whose_copy_is_invalidated_while_it_waits_gets_the_page():
     """Nodes 1 and 2 have copies of a page of node 0, and request to write it at once; the first one's value is sent."""
     programs = [[], [(0, [read(0)]), (LATER, [write(0, 5)])],
-                [(0, [read(0)]), (LATER, [write(0, 6, word=1), read(0)])], []]
+                [(0, [read(0)]), (LATER, [write(0, 6, word=1)]), (0, [read(0)])], []]
     found = run_programs(programs, pages=4)
     written = [node for _, node, _, code in found.log if code == WRITE]
     assert written == [1, 2]
