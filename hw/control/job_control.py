@@ -23,9 +23,6 @@ __all__ = ["JobControl"]
 # From bit 0 of the register on; the last one is no command, but says what a resume loads.
 *_COMMANDS, _ = (field.name for field in register("command").fields)
 _COPIES = len(_COMMANDS)
-# From bit 0 of the register on; the last one is no command, but says what a resume loads.
-*_COMMANDS, _ = (field.name for field in register("command").fields)
-_COPIES = len(_COMMANDS)
 _INDEX_BITS = IN_FLIGHT.bit_length()
 _COUNT_BITS = 32
 

@@ -30,9 +30,9 @@ def _run(original):
     """A run under cocotb has a log; what it reports is printed, as the other simulators do."""
     def run(self, module, tests, name, *arguments, **given):
         failed = original(self, module, tests, name, *arguments, **given)
-        for log in {runner.BUILD / "results", runner.WAVES}:
-            if (log / name / "log.txt").exists():
-                print(*sorted(_marks((log / name / "log.txt").read_text())), sep="\n")  # noqa: T201
+        log = (runner.WAVES if self._waves else runner.BUILD / "results") / name / "log.txt"
+        if log.exists():
+            print(*sorted(_marks(log.read_text())), sep="\n")  # noqa: T201
         return failed
     return run
 

@@ -15,7 +15,7 @@ from tb.runs.ledger import Entry, Ledger
 from tb.runs.shard import MINUTES, Shard
 from tb.runs.versions import versions
 
-__all__ = ["commit_of", "counts", "run_shards"]
+__all__ = ["commit_of", "counts", "cpu_seconds", "run_shards"]
 
 
 def commit_of(folder: Path) -> str:
@@ -79,7 +79,7 @@ def _run(root, shard, seed, most, processes):
     report = root / "out" / "nightly" / f"{shard.name.replace('/', '-')}.xml"
     report.parent.mkdir(parents=True, exist_ok=True)
     report.unlink(missing_ok=True)
-    commit, began, begin, used = commit_of(root), datetime.now(), time.monotonic(), _used()
+    commit, began, begin, used = commit_of(root), datetime.now(), time.monotonic(), cpu_seconds()
     command = [sys.executable, "-m", "pytest", "-n", str(processes), "--dist", "loadgroup", "-q",
                f"--junitxml={report}", *(str(path.relative_to(root)) for path in shard.files)]
     process = subprocess.Popen(command, cwd=root, start_new_session=True,
@@ -96,11 +96,11 @@ def _run(root, shard, seed, most, processes):
     if code == 0 and passed and not failed and not skipped:
         result = "green"
     return Entry(shard=shard.name, commit=commit, seed=seed, versions=versions(), began=began.isoformat("T", "seconds"),
-                 wall=round(time.monotonic() - begin, 1), cpu=round(_used() - used, 1), passed=passed, failed=failed,
-                 skipped=skipped, result=result)
+                 wall=round(time.monotonic() - begin, 1), cpu=round(cpu_seconds() - used, 1), passed=passed,
+                 failed=failed, skipped=skipped, result=result)
 
 
-def _used():
+def cpu_seconds():
     """CPU seconds of all programs that ended."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime

@@ -1,7 +1,6 @@
 """A release: what must be green before a commit is tagged."""
 
 import re
-import resource
 import shutil
 import subprocess
 import time
@@ -11,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tb.runs.ledger import Ledger
-from tb.runs.nightly import commit_of
+from tb.runs.nightly import commit_of, cpu_seconds
 from tb.runs.shard import shards
 
 __all__ = ["STEPS", "NotReadyError", "release"]
@@ -95,16 +94,10 @@ def release(root: Path, ledger: Ledger, *, report: Callable[[str], object], step
 
 def _passed(name, command, folder):
     """A step that passed; what it prints is kept in a file beside the clone."""
-    log, begin, used = folder.with_name(f"release-{name}.txt"), time.monotonic(), _used()
+    log, begin, used = folder.with_name(f"release-{name}.txt"), time.monotonic(), cpu_seconds()
     with log.open("w") as file:
         code = subprocess.run(command, cwd=folder, stdout=file, stderr=subprocess.STDOUT, check=False).returncode
     if code:
         raise NotReadyError(f"{' '.join(command)} failed; {log} has what it printed")
     said = log.read_text().splitlines()
-    return _Step(said[-1].strip("= ") if said else "", time.monotonic() - begin, _used() - used)
-
-
-def _used():
-    """CPU seconds of all programs that ended."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
+    return _Step(said[-1].strip("= ") if said else "", time.monotonic() - begin, cpu_seconds() - used)
