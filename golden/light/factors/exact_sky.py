@@ -33,7 +33,7 @@ def exact_sky(sides: Sides, rows: np.ndarray, row: np.ndarray, column: np.ndarra
     """
     factor = exchange_areas(sides.vertices[row], sides.vertices[column]) / sides.area[row]
     own = np.searchsorted(rows, row)
-    few = (np.bincount(own, minlength=len(rows)) * len(sides.scene) <= FEW_TESTS) & ~_facing_backs(sides, rows)
+    few = (np.bincount(own, minlength=len(rows)) * len(sides.scene) <= FEW_TESTS) & ~_may_see_backs(sides, rows)
     chosen = np.flatnonzero(few[own] & (factor > 0))
     decided, share = certain_shares(sides, row[chosen], column[chosen])
     few[own[chosen[~decided]]] = False
@@ -41,13 +41,13 @@ def exact_sky(sides: Sides, rows: np.ndarray, row: np.ndarray, column: np.ndarra
     return np.where(few & (rest > _CLOSED_FORMS * len(sides)), rest, np.nan)
 
 
-def _facing_backs(sides, rows):
-    """Whether rows may see the back of a one-sided patch."""
+def _may_see_backs(sides, rows):
+    """Whether rows may see the back of a one-sided patch other than their own."""
     patches, touch = sides.scene, TOUCH * sides.scene.size
-    black = ~patches.two_sided
+    black = np.flatnonzero(~patches.two_sided)
     normal, corners = patches.normals[black], patches.vertices[black].reshape(-1, 3)
     level = np.einsum("ni,ni->n", normal, patches.centres[black])
     behind = (sides.vertices[rows] @ normal.T - level).min(axis=1) < -touch
     rise = sides.normal[rows] @ corners.T - np.einsum("ri,ri->r", sides.normal[rows], sides.centre[rows])[:, None]
     above = rise.reshape(len(rows), -1, 4).max(axis=2, initial=-1) > touch
-    return (behind & above).any(axis=1)
+    return (behind & above & (sides.patch[rows][:, None] != black)).any(axis=1)

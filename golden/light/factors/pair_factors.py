@@ -6,7 +6,7 @@ import numpy as np
 
 from golden.compiled import is_compiler_active
 from golden.light.factors.edge_integrals import edge_integrals
-from golden.light.factors.pair_kernel import exchange, exchange_of_far, gauss_point, heights, nearness
+from golden.light.factors.pair_kernel import exchange, exchange_of_far, gauss_point, heights, nearness, plane
 
 __all__ = ["exchange_areas"]
 
@@ -28,6 +28,7 @@ def exchange_areas(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     ----------
     first, second
         P x 4 x 3 vertices of convex planar patches, counter-clockwise from the front; a triangle repeats its last one.
+        Of a patch that rounding has bent the corners count as in any plane that is as near to them as their own.
 
     Returns
     -------
@@ -61,7 +62,8 @@ def _far_compiled(first, second):
 def _far_on_arrays(first, second):
     """The same as `_far_compiled`, on arrays of pairs."""
     patch, other = (np.ascontiguousarray(np.moveaxis(corners, 0, -1)) for corners in (first, second))
-    over = np.moveaxis([heights(patch, other), heights(other, patch)], 1, 2)
+    planes = plane(patch), plane(other)
+    over = np.moveaxis([heights(patch, *planes), heights(other, *planes[::-1])], 1, 2)
     facing = (over > 0).any(axis=2).all(axis=0)
     whole = facing & (over >= 0).all(axis=(0, 2))
     limits, begin, rules = _rules()
@@ -109,6 +111,10 @@ def _by_contours(first, second):
 
 def _cut(patch, height):
     """The part of each patch at heights above 0, P x 5 x 3 with repeated corners; a patch all below it is a point."""
+    # No plane cuts all four edges of a planar quad; of a bent one the two corners that are nearer to it are in it.
+    turns = (height * np.roll(height, -1, axis=1) < 0).all(axis=1)
+    even = np.abs(height[:, ::2]).sum(axis=1) < np.abs(height[:, 1::2]).sum(axis=1)
+    height = np.where(turns[:, None] & ((np.arange(4) % 2 == 0) == even[:, None]), 0.0, height)
     after, after_height = np.roll(patch, -1, axis=1), np.roll(height, -1, axis=1)
     crosses = height * after_height < 0
     share = np.divide(height, height - after_height, out=np.zeros_like(height), where=crosses)

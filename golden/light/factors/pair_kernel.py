@@ -7,7 +7,8 @@ import numpy as np
 
 from golden.compiled import compiled
 
-__all__ = ["candidates", "exchange", "exchange_of_far", "gauss_point", "heights", "may_exceed", "nearness"]
+__all__ = ["candidates", "exchange", "exchange_of_far", "gauss_point", "heights", "may_exceed", "nearness",
+           "plane"]
 
 # A corner whose distance from the other patch's plane is below this share of the pair's size counts as in the plane.
 _IN_PLANE = 1e-12
@@ -53,20 +54,41 @@ def candidates(rows, centre, normal, radius, area, limit, all_pairs):
 
 
 @compiled
-def heights(patch, other):
-    """Distances of a patch's corners from the other one's plane, 0 if by rounding alone."""
-    x, y, z = _middle(other)
-    ax, ay, az = other[2, 0] - other[0, 0], other[2, 1] - other[0, 1], other[2, 2] - other[0, 2]
-    bx, by, bz = other[3, 0] - other[1, 0], other[3, 1] - other[1, 1], other[3, 2] - other[1, 2]
+def plane(patch):
+    """X, y and z of a point of a patch's plane, of the normal, and how far from the plane a corner counts as in it.
+
+    A quad whose coordinates were rounded is bent: its corners are above and below the plane by turns. What is no
+    farther from a plane than the corners that define it is in front of it no more than behind it.
+    """
+    x, y, z = _middle(patch)
+    ax, ay, az = patch[2, 0] - patch[0, 0], patch[2, 1] - patch[0, 1], patch[2, 2] - patch[0, 2]
+    bx, by, bz = patch[3, 0] - patch[1, 0], patch[3, 1] - patch[1, 1], patch[3, 2] - patch[1, 2]
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
     nx, ny, nz = nx / length, ny / length, nz / length
+    edge = np.maximum(np.maximum(_max_norm(patch, 1, patch[0, 0], patch[0, 1], patch[0, 2]),
+                                 _max_norm(patch, 2, patch[0, 0], patch[0, 1], patch[0, 2])),
+                      _max_norm(patch, 3, patch[0, 0], patch[0, 1], patch[0, 2]))
+    # The normal is across both diagonals: all four corners are as far away.
+    bend = np.abs((patch[0, 0] - x) * nx + (patch[0, 1] - y) * ny + (patch[0, 2] - z) * nz)
+    return x, y, z, nx, ny, nz, _IN_PLANE * edge + bend
+
+
+@compiled
+def heights(patch, own, other):
+    """Distances of a patch's corners from another one's plane, 0 of those that count as in it.
+
+    Parameters
+    ----------
+    patch
+        The corners.
+    own, other
+        The `plane` of the patch and that of the other one.
+    """
+    x, y, z, nx, ny, nz, least = other
     extent = np.maximum(np.maximum(_max_norm(patch, 0, x, y, z), _max_norm(patch, 1, x, y, z)),
                         np.maximum(_max_norm(patch, 2, x, y, z), _max_norm(patch, 3, x, y, z)))
-    edge = np.maximum(np.maximum(_max_norm(other, 1, other[0, 0], other[0, 1], other[0, 2]),
-                                 _max_norm(other, 2, other[0, 0], other[0, 1], other[0, 2])),
-                      _max_norm(other, 3, other[0, 0], other[0, 1], other[0, 2]))
-    least = _IN_PLANE * (extent + edge)
+    least = _IN_PLANE * extent + own[6] + least
     return (_over(patch, 0, x, y, z, nx, ny, nz, least), _over(patch, 1, x, y, z, nx, ny, nz, least),
             _over(patch, 2, x, y, z, nx, ny, nz, least), _over(patch, 3, x, y, z, nx, ny, nz, least))
 
@@ -118,8 +140,9 @@ def exchange_of_far(first, second, limits, begin, rules, total, kind, over):
     points = np.empty((len(rules), 6))
     for pair in range(len(first)):
         patch, other = first[pair], second[pair]
-        h0, h1, h2, h3 = heights(patch, other)
-        g0, g1, g2, g3 = heights(other, patch)
+        own, across = plane(patch), plane(other)
+        h0, h1, h2, h3 = heights(patch, own, across)
+        g0, g1, g2, g3 = heights(other, across, own)
         over[0, pair, 0], over[0, pair, 1], over[0, pair, 2], over[0, pair, 3] = h0, h1, h2, h3
         over[1, pair, 0], over[1, pair, 1], over[1, pair, 2], over[1, pair, 3] = g0, g1, g2, g3
         total[pair], kind[pair] = 0.0, 0

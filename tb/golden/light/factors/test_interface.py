@@ -28,6 +28,15 @@ def test_two_plates():
     np.testing.assert_array_equal(factors.normal, [(0, 0, 1), (0, 0, -1)])
 
 
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_a_facet_that_rounding_has_bent_sees_the_sky_alone(two_sided):
+    factors = view_factors([[(x, y, bend) for (x, y, _), bend in zip(SQUARE, (0, 1e-9, 0, 1e-9), strict=True)]],
+                           two_sided=two_sided)
+    assert factors.F.nnz == 0
+    np.testing.assert_array_equal(factors.sky, 1)
+    np.testing.assert_array_equal(factors.sky_error, 0)
+
+
 def test_a_mesh_is_its_triangles():
     box = trimesh.creation.box()
     box.invert()

@@ -4,6 +4,7 @@ import pytest
 from golden.light.analytic import polygon_to_polygon
 from golden.light.closed_forms import c_11, c_14, c_41
 from golden.light.factors.pair_factors import exchange_areas
+from golden.scene.polygons import is_convex_quad
 from tb.golden.light.cube import cube
 from tb.golden.light.scenes import rectangle
 
@@ -106,3 +107,49 @@ def test_a_patch_through_the_others_plane_counts_with_its_front_part_alone():
     through = rectangle((0, 0, -1), (0, 1, 0), (0, 0, 2))
     got = exchange_areas(floor(1, 1)[None], through[None])[0]
     assert got == pytest.approx(c_14(1, 1), rel=0, abs=1e-13)
+
+
+def rounded_rectangles(count=60):
+    """Those of rectangles in any direction, in 3 to 9 decimals, that are patches: as written, exact, decimals."""
+    generator = np.random.default_rng(60)
+    for number in range(count):
+        decimals = 3 + number % 7
+        turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+        width, height = generator.uniform(0.3, 3, size=2) * (1 if decimals > 4 else 100)
+        exact = floor(width, height) @ turn + generator.uniform(-5, 5, size=3)
+        if is_convex_quad(exact.round(decimals)[None])[0]:
+            yield exact.round(decimals), exact, decimals
+
+
+def test_no_rectangle_sees_itself_or_its_back_however_it_was_rounded():
+    patches = np.array([written for written, _, _ in rounded_rectangles()])
+    assert len(patches) > 40
+    np.testing.assert_array_equal(exchange_areas(patches, patches), 0)
+    np.testing.assert_array_equal(exchange_areas(patches, patches[:, ::-1]), 0)
+
+
+def test_rounded_rectangles_exchange_what_exact_ones_do():
+    for written, exact, decimals in rounded_rectangles(28):
+        normal = np.cross(exact[1] - exact[0], exact[3] - exact[0])
+        for lifted in (0.5, 2):  # the other one stands on an edge, or is opposite
+            height = lifted * normal / np.linalg.norm(normal)**0.5
+            others = exact[[0, 3, 3, 0]] + [[0], [0], [1], [1]] * height, exact[::-1] + height
+            for other in others:
+                got = exchange_areas(written[None], other.round(decimals)[None])[0]
+                expected = exchange_areas(exact[None], other[None])[0]
+                # A shift by d of a patch of width w changes the exchange area by at most d over w of the area, twice.
+                width = min(np.linalg.norm(exact[1] - exact[0]), np.linalg.norm(exact[3] - exact[0]))
+                assert got == pytest.approx(expected, rel=0, abs=10 * 10.0**-decimals / width * area(exact))
+
+
+def test_a_bent_quad_exchanges_no_more_than_its_bend_with_a_patch_in_its_plane():
+    generator = np.random.default_rng(6)
+    flat = rectangle((-0.5, -0.5, 0), (1, 0, 0), (0, 1, 0))
+    for _ in range(40):
+        bend = 10.0**-generator.uniform(3, 9)
+        bent = flat + bend * np.array([[1], [-1], [1], [-1]]) * (0, 0, 1)
+        # Beyond an edge, in a plane that may pass between the corners.
+        other = rectangle((0.5, -1, 0), (1, 0, 0), (0, 2, 0))
+        other[:, 2] = other[:, :2] @ generator.uniform(-1.5, 1.5, size=2) * bend
+        for patch in (other, other[::-1]):
+            assert 0 <= exchange_areas(bent[None], patch[None])[0] <= 4 * bend
