@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import LinearOperator, gmres
+from scipy.sparse.linalg import LinearOperator, gmres, splu
 
 from golden.errors import InputError
 from golden.light.factors.patch_error import PatchError
@@ -16,10 +16,14 @@ __all__ = ["STEFAN_BOLTZMANN", "Exchange", "net_exchange", "script_f"]
 STEFAN_BOLTZMANN = 5.670374419e-8
 """W/(m2 K4)."""
 
-# Residual, relative to the emitted flux, at which the search for radiosities ends, and its most steps.
-_EXACT, _STEPS = 1e-13, 20
+# Radiosities are in balance if the residual is at most this share of the largest of them and of what patches emit by
+# themselves: float64 reaches it however much larger the first are than the second, as behind polished metal.
+_EXACT = 1e-13
 
-# Share of the largest emission by which one may be below zero and still be zero.
+# Share of a residual that one search leaves, the steps after which it starts anew, how often, and the searches.
+_SEARCHED, _RESTART, _STEPS, _SEARCHES = 1e-7, 100, 3, 3
+
+# Share of the largest radiation that meets in a patch's emission, by which that may be below zero and still be zero.
 _NO_EMISSION = 1e-9
 
 # Up to these float64 holds the squares of radiosities.
@@ -69,7 +73,7 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
         A value of a patch is out of range; it has both or neither of temperature and flux; nothing sets its
         temperature, as all that it sees on any path has fluxes and none sees the sky; or it takes in more than arrives.
     InputError
-        A value for all patches is out of range, or fluxes into a closed scene do not sum to zero.
+        A value for all patches is out of range, or float64 does not resolve the radiosities.
     """
     count = len(factors)
     temperature, emissivity = _values("Temperature", temperature, count), _emissivities(emissivity, count)
@@ -96,9 +100,11 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
     radiosity = _radiosity(factors.F, reflected, own + reflected * outside)
     irradiance = factors.F @ radiosity + outside
     net = np.where(given, emissivity * (STEFAN_BOLTZMANN * np.nan_to_num(temperature)**4 - irradiance), flux)
-    black = radiosity + np.divide((1 - emissivity) * net, emissivity, out=np.zeros(count), where=emissivity > 0)
-    _check_patches(given | (black >= -_NO_EMISSION * np.abs(black).max()), "it cannot take in more than arrives: Flux "
-                   "is too low", flux)
+    reflection = np.divide((1 - emissivity) * net, emissivity, out=np.zeros(count), where=emissivity > 0)
+    black = radiosity + reflection
+    terms = np.maximum(np.abs(reflection), max(np.abs(radiosity).max(), irradiance.max()))
+    _check_patches(given | (black >= -_NO_EMISSION * terms), "it cannot take in more than arrives: Flux is too low",
+                   flux)
     found = np.maximum(black / STEFAN_BOLTZMANN, 0)**0.25
     return Exchange(temperature=np.where(given, temperature, found), radiosity=radiosity, irradiance=irradiance,
                     flux=net)
@@ -137,13 +143,28 @@ def script_f(factors: ViewFactors, *, emissivity, group) -> np.ndarray:
 
 def _radiosity(matrix: sparse.csr_array, reflected: np.ndarray, own: np.ndarray) -> np.ndarray:
     """The solution of J = own + reflected F J."""
+    radiosity = own.copy()
     if not own.any() or not reflected.any():
-        return own.copy()
+        return radiosity
+    for search in (*[_searched] * _SEARCHES, _eliminated, _eliminated):
+        residual = own - radiosity + reflected * (matrix @ radiosity)
+        if np.abs(residual).max() <= _EXACT * (np.abs(radiosity).max() + np.abs(own).max()):
+            return radiosity
+        radiosity += search(matrix, reflected, residual)
+    raise InputError("exchange: float64 does not resolve the radiosities: emissivities, or shares of the sky, "
+                     "are too low")
+
+
+def _searched(matrix, reflected, own):
+    """Nearly the solution of J = own + reflected F J, by products with F alone."""
     system = LinearOperator(matrix.shape, lambda radiosity: radiosity - reflected * (matrix @ radiosity), dtype=float)
-    found, failed = gmres(system, own, rtol=_EXACT, atol=0.0, restart=min(len(own), 100), maxiter=_STEPS)
-    if failed:
-        raise InputError("exchange: no radiosities are in balance: fluxes into a closed scene must sum to zero")
-    return found
+    return gmres(system, own, rtol=_SEARCHED, atol=0.0, restart=min(len(own), _RESTART), maxiter=_STEPS)[0]
+
+
+def _eliminated(matrix, reflected, own):
+    """The same by elimination, where light is reflected so often that a search does not end."""
+    system = sparse.eye_array(len(own)) - sparse.diags_array(reflected) @ matrix
+    return splu(sparse.csc_array(system)).solve(own)
 
 
 def _values(name, given, count):

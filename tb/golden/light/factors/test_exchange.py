@@ -105,6 +105,41 @@ def test_given_fluxes_and_temperatures_in_any_mixture_are_in_balance(factors, da
         np.testing.assert_allclose(values, expected, rtol=0, atol=1e-8 * scale)
 
 
+@pytest.mark.parametrize("emissivity", [0.5, 1e-3, 1e-5])
+def test_a_body_that_heats_adiabatic_walls_gives_them_its_temperature(emissivity):
+    """Walls far from white are in balance as well, and so are rooms in a row that see their neighbours alone."""
+    area = np.linspace(1, 2, 400)
+    row = np.diag(np.full(399, 0.5), 1) + np.diag(np.full(399, 0.5), -1)
+    row[0, 0] = row[-1, -1] = 0.5
+    for factors in (enclosure(np.tile(area / area.sum(), (400, 1)), area), enclosure(row, np.ones(400))):
+        found = net_exchange(factors, temperature=[1500.0] + [np.nan] * 399, emissivity=np.full(400, emissivity),
+                             flux=[np.nan] + [0.0] * 399)
+        np.testing.assert_allclose(found.temperature, 1500, rtol=1e-8)
+
+
+@pytest.mark.parametrize("emissivity", [0.5, 1e-3, 1e-6])
+def test_polished_walls_of_a_sphere(emissivity):
+    """All parts of a sphere receive the same, in balance the mean of what black ones would emit."""
+    area, temperature = np.linspace(1, 2, 96), np.linspace(300, 900, 96)
+    found = net_exchange(enclosure(np.tile(area / area.sum(), (96, 1)), area), temperature=temperature,
+                         emissivity=np.full(96, emissivity))
+    mean = area @ black(*temperature) / area.sum()
+    np.testing.assert_allclose(found.flux, emissivity * (black(*temperature) - mean), rtol=0,
+                               atol=1e-13 * mean)
+
+
+def test_what_takes_in_all_that_arrives_is_at_zero_kelvin_whatever_brings_it():
+    factors, emissivity = enclosure(0.2 * (1 - np.eye(4)), np.ones(4)), np.full(4, 0.3)
+    for temperature, sky in ((np.zeros(4), 250.0), (np.array([0.0, 0, 0, 300]), 0.0)):
+        flux = net_exchange(factors, temperature=temperature, emissivity=emissivity, sky_temperature=sky).flux[0]
+        others = {"temperature": [np.nan, *temperature[1:]], "emissivity": emissivity, "sky_temperature": sky}
+        found = net_exchange(factors, flux=[flux, np.nan, np.nan, np.nan], **others)
+        # Rounding by 2^-52 of what arrives is a temperature of less than 1e-3 of the source's.
+        assert found.temperature[0] < 1e-3 * max(temperature.max(), sky)
+        with pytest.raises(InputError, match="cannot take in more than arrives"):
+            net_exchange(factors, flux=[1.001 * flux, np.nan, np.nan, np.nan], **others)
+
+
 def test_equal_temperatures_exchange_nothing():
     found = net_exchange(DUCT, temperature=np.full(3, 400.0), emissivity=(0.1, 0.5, 0.9))
     np.testing.assert_allclose(found.radiosity, black(400.0)[0], rtol=1e-12)
