@@ -1,5 +1,7 @@
 """Latencies and capacities of a cluster, from its components."""
 
+from functools import cache
+
 from golden.config import Config
 from golden.machines.cluster_timing import ClusterTiming
 from hw.control.section_cast import SectionCast
@@ -26,6 +28,7 @@ _BEGIN, _END = 8, 3
 _MASK = 2
 
 
+@cache
 def cluster_timing(config: Config) -> ClusterTiming:
     """The timing of a cluster of a configuration with one node."""
     setup, pipeline = PatchSetup(config=config), IntersectionPipeline(

@@ -1,5 +1,7 @@
 """Latencies of the paper's machine, from the engine's components of the same function."""
 
+from functools import cache
+
 from golden.config import Config
 from golden.machines.paper.paper_timing import PaperTiming
 from hw.ctu.ray_traversal import RayTraversal
@@ -21,6 +23,7 @@ _LINK = 1
 _DEFERRED = 1024
 
 
+@cache
 def paper_timing(config: Config, *, latency: int) -> PaperTiming:
     """The timing of the paper's machine with the components of a configuration.
 

@@ -138,9 +138,8 @@ class ScheduleBench:
         top.d.comb += [Cat(driven).eq(self._given),
                        self._seen.eq(Cat(*((one.valid, one.ready, one.payload) for one in streams),
                                        *self._watched.values()))]
-        self._simulator = Simulator(top)
-        self._simulator.add_clock(1e-8)
-        self._has_run = False
+        # Elaborated by the first run: a module's bench costs nothing where its tests are collected alone.
+        self._top, self._simulator, self._error = top, None, None
 
     @property
     def cycles(self) -> dict[str, list[int]]:
@@ -164,14 +163,25 @@ class ScheduleBench:
             An item was never accepted, or an offer was withdrawn or changed.
         """
         self._schedule, self._ports, self._responders = schedule, ports, responders
-        if self._has_run:
-            self._simulator.reset()
+        if self._simulator is None:
+            self._simulator = Simulator(self._top)
+            self._simulator.add_clock(1e-8)
+            self._simulator.add_testbench(self._bench)
         else:
-            self._simulator.add_testbench(self._follow)
-        self._has_run = True
+            self._simulator.reset()
         self._simulator.run()
+        if self._error is not None:
+            raise self._error
         return {name: [unpack(self._outputs[name].shape, item) for item in items]
                 for name, items in self.came.items()}
+
+    async def _bench(self, ctx):
+        """The run; what it raises is kept, since a simulator whose process has failed cannot be reset."""
+        self._error = None
+        try:
+            await self._follow(ctx)
+        except Exception as error:
+            self._error = error
 
     async def _follow(self, ctx):
         """One process for all streams."""

@@ -16,7 +16,11 @@ from radiosity.paper_timing import paper_timing
 pytestmark = pytest.mark.xdist_group("machines")
 
 SMALL = ("cornell", "--rays", "32x16", "--cell", "0.5", "--ratio", "16")
-TIMING = paper_timing(PRESETS["tiny"], latency=10)
+
+
+def timing():
+    """Of the smallest configuration."""
+    return paper_timing(PRESETS["tiny"], latency=10)
 
 
 def run(*words):
@@ -86,13 +90,13 @@ def test_a_hit_that_differs_is_a_failure(monkeypatch):
     ({"main": 1.5}, TypeError, "Main must be an int, not 1.5")])
 def test_numbers_out_of_range_are_refused(wrong, error, message):
     with pytest.raises(error, match=message):
-        PaperTiming(**{**asdict(TIMING), **wrong})
+        PaperTiming(**{**asdict(timing()), **wrong})
 
 
 def test_latencies_follow_the_configuration():
     tiny = PRESETS["tiny"]
     slower = paper_timing(tiny.replace({"noc.router_cycles": 3 - tiny.noc.router_cycles,
                                         "icu.product_registers": tiny.icu.product_registers + 1}), latency=30)
-    assert slower.switch != TIMING.switch
-    assert slower.setup > TIMING.setup
-    assert (TIMING.main, slower.main) == (10, 30)
+    assert slower.switch != timing().switch
+    assert slower.setup > timing().setup
+    assert (timing().main, slower.main) == (10, 30)

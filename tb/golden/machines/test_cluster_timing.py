@@ -8,8 +8,6 @@ from golden.config import PRESETS, Icu
 from golden.machines.cluster_timing import ClusterTiming
 from radiosity.cluster_timing import cluster_timing
 
-TIMING = cluster_timing(PRESETS["tiny"])
-
 
 @pytest.mark.parametrize(("wrong", "error", "message"), [
     ({"setup": -1}, ValueError, "Setup must be at least 0, not -1"),
@@ -17,11 +15,12 @@ TIMING = cluster_timing(PRESETS["tiny"])
     ({"walk": 1.5}, TypeError, "Walk must be an int, not 1.5")])
 def test_numbers_out_of_range_are_refused(wrong, error, message):
     with pytest.raises(error, match=message):
-        ClusterTiming(**{**asdict(TIMING), **wrong})
+        ClusterTiming(**{**asdict(cluster_timing(PRESETS["tiny"])), **wrong})
 
 
 def test_latencies_follow_the_configuration():
+    tiny = cluster_timing(PRESETS["tiny"])
     faster = cluster_timing(PRESETS["tiny"].replace({"icu.product_registers": Icu().product_registers - 1}))
-    assert faster.setup < TIMING.setup
-    assert faster.pipeline < TIMING.pipeline
-    assert faster.traversal < TIMING.traversal
+    assert faster.setup < tiny.setup
+    assert faster.pipeline < tiny.pipeline
+    assert faster.traversal < tiny.traversal
