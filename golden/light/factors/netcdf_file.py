@@ -1,6 +1,7 @@
 """View factors as netCDF, named after the CF conventions."""
 
 import json
+from itertools import count as numbers
 from pathlib import Path
 
 import numpy as np
@@ -32,11 +33,15 @@ _VARIABLES = {
     "row_sum": (("patch", "sample"), "1", "share of each hemisphere of rays that met a patch"),
 }
 
+# Entries of a variable: its bytes must fit in a signed word of 32 bits. More entries continue in further variables.
+_MOST_ENTRIES = (1 << 28) - 1
+
 
 def write_netcdf(factors: ViewFactors, path: Path) -> None:
     """Write a netCDF file of version 3 (64-bit offsets), which xarray and all netCDF libraries read.
 
     The matrix is a list: ``view_factor(entry)`` with ``from_patch(entry)`` and ``to_patch(entry)``, which count from 0.
+    After 2^28 - 1 entries, as many as a variable holds, the list continues in ``view_factor_2(entry_2)`` and so on.
     """
     matrix = factors.F.tocoo()
     values = {"from_patch": matrix.row.astype(np.int32), "to_patch": matrix.col.astype(np.int32),
@@ -62,9 +67,7 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
         file.Conventions, file.title = "CF-1.11", "View factors between patches, with occlusion"
         file.source, file.settings = "radiosity-engine", json.dumps(factors.settings, sort_keys=True)
         file.hidden_error = np.float64(factors.hidden_error)
-        lengths = {"patch": len(factors), "entry": max(matrix.nnz, 1), "axis": 3, "name_length": names.itemsize or 1}
-        if "sky_from_patch" in values:
-            lengths["sky_entry"] = sky.nnz
+        lengths = {"patch": len(factors), "axis": 3, "name_length": names.itemsize or 1}
         if factors.row_sums is not None:
             lengths["sample"] = factors.row_sums.shape[1]
         for name, length in lengths.items():
@@ -72,13 +75,17 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
         for name, (dimensions, units, about) in _VARIABLES.items():
             if values.get(name) is None:
                 continue
-            variable = file.createVariable(name, values[name].dtype.str[1:], dimensions)
-            variable.long_name = about
-            if units:
-                variable.units = units
-            if dimensions == ("patch",):
-                variable.coordinates = "surface_name"
-            variable[:] = values[name]
+            for suffix, part in _parts(values[name], dimensions[0]):
+                if dimensions[0] + suffix not in file.dimensions:
+                    file.createDimension(dimensions[0] + suffix, len(part))
+                variable = file.createVariable(name + suffix, part.dtype.str[1:],
+                                               (dimensions[0] + suffix, *dimensions[1:]))
+                variable.long_name = about
+                if units:
+                    variable.units = units
+                if dimensions == ("patch",):
+                    variable.coordinates = "surface_name"
+                variable[:] = part
         variable = file.createVariable("surface_name", "S1", ("patch", "name_length"))
         variable.long_name, variable._Encoding = "name of the surface that a patch belongs to", "utf-8"
         variable[:] = np.frombuffer(names.astype(f"S{lengths['name_length']}").tobytes(), "S1").reshape(len(names), -1)
@@ -99,6 +106,9 @@ def read_netcdf(path: Path) -> ViewFactors:
         settings, hidden_error = json.loads(file.settings), float(file.hidden_error)
         sky_patches = getattr(file, "sky_patches", None)
     values = {name: value.astype(value.dtype.newbyteorder("=")) for name, value in values.items()}
+    for name in values.keys() & _VARIABLES.keys():
+        if f"{name}_2" in values:
+            values[name] = np.concatenate(list(_read_parts(values, name)))
     count = len(values["area"])
     names = values["surface_name"]
     pattern = values["from_patch"], values["to_patch"]
@@ -118,3 +128,21 @@ def read_netcdf(path: Path) -> ViewFactors:
                        back=values["back_view_factor"], patch=values["scene_patch"].astype(np.int64),
                        front=values["front"].astype(bool),
                        surface=np.array([b"".join(name).rstrip(b"\0").decode() for name in names]))
+
+
+def _parts(value, dimension):
+    """Suffixes of names and slices of a variable that may be too long for one."""
+    if dimension not in ("entry", "sky_entry"):
+        yield "", value
+        return
+    for start in range(0, len(value), _MOST_ENTRIES):
+        yield f"_{start // _MOST_ENTRIES + 1}" if start else "", value[start:start + _MOST_ENTRIES]
+
+
+def _read_parts(values, name):
+    """The slices of a variable, in their order."""
+    yield values[name]
+    for number in numbers(2):
+        if f"{name}_{number}" not in values:
+            return
+        yield values[f"{name}_{number}"]

@@ -6,6 +6,7 @@ from scipy import sparse
 from scipy.io import netcdf_file
 
 from golden.errors import InputError
+from golden.light.factors import netcdf_file as netcdf
 from golden.light.factors.files import check_view_factors_output, read_view_factors, write_view_factors
 from tb.golden.light.factors.samples import sparse_sides, three_sides
 from tb.lib.schedules import SETTINGS
@@ -62,6 +63,20 @@ def test_variables_of_netcdf_have_units_and_names(tmp_path):
         assert (0, 1, 0.3) in entries
         np.testing.assert_array_equal(file.variables["row_sum"][:], [[0.75, 1], [1, 1], [1, 1]])
         assert all(variable.long_name for variable in file.variables.values())
+
+
+def test_a_matrix_too_long_for_a_variable_continues_in_more(tmp_path, monkeypatch):
+    assert netcdf._MOST_ENTRIES * np.dtype(float).itemsize <= np.iinfo(np.int32).max
+    monkeypatch.setattr(netcdf, "_MOST_ENTRIES", 4)
+    factors = three_sides()
+    assert factors.F.nnz == 6
+    write_view_factors(factors, tmp_path / "F.nc")
+    with netcdf_file(tmp_path / "F.nc", mmap=False) as file:
+        assert {name: file.dimensions[name] for name in ("entry", "entry_2")} == {"entry": 4, "entry_2": 2}
+        assert file.variables["view_factor_error_2"].dimensions == ("entry_2",)
+    read = read_view_factors(tmp_path / "F.nc")
+    for name in vars(factors).keys() - {"row_sums", "weight_bits"}:
+        assert same(getattr(factors, name), getattr(read, name)), name
 
 
 def test_files_of_urban_models_count_from_one(tmp_path):
