@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image, ImageChops
 from scipy import sparse
 
+from golden.package_version import DISTRIBUTION, package_version
 from radiosity.run import run
 
 __all__ = ["MACHINE", "RENDERED", "write_demo"]
@@ -85,7 +86,7 @@ def write_demo(folder: Path) -> Path:
     """
     folder.mkdir(parents=True, exist_ok=True)
     report = ["# Demo", "",
-              f"radiosity-engine {version('radiosity-engine')}, Python {platform.python_version()}, "
+              f"{DISTRIBUTION} {package_version()}, Python {platform.python_version()}, "
               f"numpy {version('numpy')}, {os.cpu_count()} cores ({platform.machine()}). The golden renderer "
               "makes all but the last picture in double precision.", ""]
     run(folder, "scene", "phone", "-o", "phone.glb")

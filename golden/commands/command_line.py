@@ -7,6 +7,7 @@ import click
 
 from golden.commands.console import console
 from golden.errors import InputError
+from golden.package_version import package_version
 
 __all__ = ["CommandLine", "Task", "command_line"]
 
@@ -141,10 +142,16 @@ def command_line(name: str, *, is_script: bool = True):
     """Make a function the top group of the command line ``name``; only an installed script completes in the shell."""
     variable = f"_{name.upper().replace('-', '_')}_COMPLETE"
 
+    def print_version(ctx, param, value):
+        if value and not ctx.resilient_parsing:
+            click.echo(f"{name}, version {package_version()}")
+            ctx.exit()
+
     def decorate(function):
         group = click.group(cls=CommandLine, no_args_is_help=False, context_settings=_SETTINGS,
                             epilog=_COMPLETION.format(name=name, variable=variable) if is_script else None)(function)
-        return click.version_option(package_name="radiosity-engine", prog_name=name)(group)
+        return click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=print_version,
+                            help="Show the version and exit.")(group)
     return decorate
 
 

@@ -14,15 +14,16 @@ from golden.errors import InputError
 from golden.light.factors.hemisphere_rows import HemisphereRows
 from golden.light.factors.rows import FactorRows
 from golden.scene.builtin import builtin_scene
+from golden.source_digest import source_digest
 
 __all__ = ["Proof"]
 
-_PACKAGES = ("radiosity-engine", "numpy", "scipy", "numba")
+_PACKAGES = ("numpy", "scipy", "numba")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """Versions of packages, and the hash of a known-answer test: a small fixed piece of work.
+    """Which code computes, by a digest and by versions, and the hash of a known-answer test: a small piece of work.
 
     Processors with other vector instructions round sines and sums of products differently: the hash differs.
 
@@ -30,20 +31,23 @@ class Proof:
     ----------
     method
         The casting method of the work.
+    sources
+        The `source_digest` of this package.
     versions
-        Version of each package, or "none"; that of numba is "none" where nothing is compiled.
+        Version of each other package, or "none"; that of numba is "none" where nothing is compiled.
     canary
         SHA-256 of the test's results, as hexadecimal digits.
     """
 
     method: str
+    sources: str
     versions: tuple[tuple[str, str], ...]
     canary: str
 
     @classmethod
     def of_this_process(cls, method: str) -> "Proof":
         """The proof of this process, which computes it once."""
-        return cls(method=method, versions=_versions(), canary=_canary(method))
+        return cls(method=method, sources=source_digest(), versions=_versions(), canary=_canary(method))
 
     def check(self) -> None:
         """Compare with the process in which it is called, a worker.
@@ -51,9 +55,12 @@ class Proof:
         Raises
         ------
         InputError
-            A version or the hash differs.
+            The sources, a version or the hash differs.
         """
         worker = f"worker on {gethostname()}"
+        if source_digest() != self.sources:
+            raise InputError(f"{worker}: it has other sources of this package; their digest must be "
+                             f"{self.sources[:12]}, not {source_digest()[:12]}")
         for (package, needed), (_, found) in zip(self.versions, _versions(), strict=True):
             if found != needed:
                 raise InputError(f"{worker}: {package} must be {needed}, not {found}")

@@ -3,7 +3,6 @@
 import hashlib
 import json
 from contextlib import suppress
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.output import whole_file
 from golden.scene.scene import Scene
+from golden.source_digest import source_digest
 
 __all__ = ["BlockStore", "scene_key"]
 
@@ -34,7 +34,8 @@ class BlockStore:
     folder
         Where blocks are; it is made when the first one is saved.
     key
-        Names and values, all that the blocks depend on; numbers and strings.
+        Names and values, all that the blocks depend on beside the code of this package and of numpy; numbers and
+        strings.
     resume
         Whether blocks of an earlier run are used.
 
@@ -46,7 +47,7 @@ class BlockStore:
 
     def __init__(self, folder: Path, key: dict, *, resume: bool):
         self._folder = folder
-        self._key = {**key, "package": version("radiosity-engine"), "numpy": np.__version__}
+        self._key = {**key, "sources": source_digest(), "numpy": np.__version__}
         if not (folder / _KEY).exists():
             return
         if not resume:

@@ -6,6 +6,7 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.errors import InputError
+from golden.light.factors import blocks
 from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.hemisphere_rows import HemisphereRows
@@ -96,6 +97,13 @@ def test_blocks_of_other_work_are_refused(scene, tmp_path):
     unfinished(scene, tmp_path / "blocks")
     with pytest.raises(InputError, match="other values of rays, samples"):
         BlockStore(tmp_path / "blocks", {"scene": "abc", "rays": "16x8", "samples": 2}, resume=True)
+
+
+def test_blocks_of_other_sources_of_the_same_version_are_refused(scene, tmp_path, monkeypatch):
+    unfinished(scene, tmp_path / "blocks")
+    monkeypatch.setattr(blocks, "source_digest", lambda: "of another commit")
+    with pytest.raises(InputError, match="other values of sources"):
+        BlockStore(tmp_path / "blocks", KEY, resume=True)
 
 
 @pytest.mark.parametrize(("name", "message"), [("run.json", "run.json cannot be read"),
