@@ -128,7 +128,7 @@ class RayMemory(wiring.Component):
             defers = Mux(retries, ~served, (access.kind == _Kind.REQUEST) & other & state["away"])
             return state, leaves, defers
 
-        def change(old, access):
+        def change(_, old, access):
             state, leaves, defers = decide(old, access)
             returns, clears, retries = (access.kind == kind for kind in (_Kind.RETURN, _Kind.CLEAR, _Kind.RETRY))
             ends = retries & ~defers

@@ -73,7 +73,7 @@ class PatchSums(wiring.Component):
         operand = StructLayout({"weight": WEIGHT_BITS, "clear": 1})
         tag = StructLayout({"adds": 1, "reads": 1, "is_sum": 1, "last": 1})
 
-        def change(old, operand):
+        def change(_, old, operand):
             # The bit above the sum is set by the first carry and stays. A weight of 0 changes nothing.
             total = old[:WEIGHT_BITS] + operand.weight
             return Mux(operand.clear, 0, Cat(total[:WEIGHT_BITS], old[WEIGHT_BITS] | total[WEIGHT_BITS])), True

@@ -88,7 +88,7 @@ class RayMemory(wiring.Component):
         row = StructLayout({"complement": formats.patch, "inverse": formats.inverse, "generation": icu.generation_bits})
         operand = StructLayout({"row": row, "hit": 1, "clear": 1})
 
-        def change(old, operand):
+        def change(_, old, operand):
             """The row after an update: of the larger key, as one integer."""
             new_key = Cat(operand.row.complement, operand.row.inverse)
             old_key = Cat(old.complement, old.inverse)

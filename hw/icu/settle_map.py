@@ -95,7 +95,7 @@ class SettleMap(wiring.Component):
         change = StructLayout({"lane": lane_bits, "code": formats.settle})
         m.submodules.tags = tags = UpdateMemory(
             icu.generation_bits, depth=tiles, operand=operand, tag=change,
-            change=lambda old, operand: (operand.generation, operand.clear | (old != operand.generation)))
+            change=lambda _, old, operand: (operand.generation, operand.clear | (old != operand.generation)))
         given = Signal.like(tags.i.payload)
         written = Signal()
         # Whether a row is swept is known later than whether a code comes.

@@ -17,12 +17,12 @@ LEVELS = 2
 def magnitude(value: Value) -> Value:
     """Absolute value of a signed one that is never the most negative number: one bit less."""
     negative = value[-1]
-    return ((value.as_unsigned() ^ negative.replicate(len(value))) + negative)[:len(value) - 1]
+    return ((value.as_signed() ^ negative.as_signed()).as_unsigned() + negative)[:len(value) - 1]
 
 
 def with_sign(magnitude: Value, negative: Value) -> Value:
     """The signed value of a magnitude, one bit wider."""
-    flipped = Cat(magnitude, 0) ^ negative.replicate(len(magnitude) + 1)
+    flipped = (Cat(magnitude, 0).as_signed() ^ negative.as_signed()).as_unsigned()
     return (flipped + negative)[:len(flipped)].as_signed()
 
 
@@ -128,8 +128,8 @@ def serial_product(pipeline: Pipeline, a: Staged, b: int) -> Staged:
 def add_or_subtract(a: Value, b: Value, subtract: Value) -> Value:
     """``a + b`` or ``a - b`` of signed values by one adder, whose carry comes from a bit below both."""
     width = max(len(a), len(b)) + 1
-    a, b = (Cat(value, value[-1].replicate(width - len(value))) for value in (a, b))
-    return (Cat(subtract, a) + Cat(subtract, b ^ subtract.replicate(width)))[1:width + 1].as_signed()
+    a, b = a.as_signed(), b.as_signed() ^ subtract.as_signed()
+    return (Cat(subtract, a).as_signed() + Cat(subtract, b).as_signed())[1:width + 1].as_signed()
 
 
 def extreme(pipeline: Pipeline, values: Sequence[Staged], *, largest: bool) -> Staged:

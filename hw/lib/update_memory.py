@@ -16,7 +16,7 @@ BLOCK, WIDE = 1 << 14, 1 << 11
 
 
 class UpdateMemory(wiring.Component):
-    """``row, write = change(old, operand)``, as if each item were finished before the next one begins.
+    """``row, write = change(m, old, operand)``, as if each item were finished before the next one begins.
 
     An item that arrives while up to five others are in flight may need their results. The results of the first four are
     forwarded when the old row arrives, that of the item directly ahead when the change is made. The new row has a
@@ -29,7 +29,8 @@ class UpdateMemory(wiring.Component):
     operand, tag
         Shapes of the operand of a change, and of the sideband data.
     change
-        From the old row and the operand to the new row and whether it is written.
+        From the old row and the operand to the new row and whether it is written. It may add signals to the module
+        ``m``; it is called twice.
 
     Members
     -------
@@ -92,7 +93,7 @@ class UpdateMemory(wiring.Component):
         old, repeats = Signal(self._shape), Signal()
         m.d.comb += [repeats.eq(self._same_as(m, addresses, 1, age=3) & done[0]["written"]),
                      old.eq(Mux(repeats, done[0]["row"], old_3))]
-        (row_again, again), (row, written) = (self._change(was, items[3].operand) for was in (done[0]["row"], old_3))
+        (row_again, again), (row, written) = (self._change(m, was, items[3].operand) for was in (done[0]["row"], old_3))
         m.d.sync += [done[0]["written"].eq(Mux(repeats, again, written) & valid[3]),
                      done[0]["address"].eq(items[3].address), done[0]["row"].eq(Mux(repeats, row_again, row))]
         out = self.o.payload

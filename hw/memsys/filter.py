@@ -102,7 +102,7 @@ class Filter(wiring.Component):
         operand = StructLayout({"generation": self._generation, "mask": self._word, "writes": 1})
         tag = StructLayout({"number": self._bits, "is_number": 1, "wrong": 1})
 
-        def change(old, operand):
+        def change(_, old, operand):
             """The word after an access."""
             is_current, again = old.generation == operand.generation, (old.seen & operand.mask).any()
             seen = Mux(is_current, old.seen, 0)

@@ -82,16 +82,18 @@ class SetPlacement(wiring.Component):
         operand = StructLayout({"generation": self._generation_bits, "clear": 1, "rest": len(rest), "direct": 1,
                                 "forced": ways})
 
-        def change(old, operand):
+        def change(m, old, operand):
             """The set after an access."""
             fresh = old.generation == operand.generation
             before = Mux(fresh, old.before, ~Const(0, len(pairs)))
-            found = Cat(fresh & old.full[way] & (old.rest[way] == operand.rest)
-                        & (operand.forced[way] | ~operand.direct) for way in range(ways))
+            # Signals, as all of the row depends on them: an expression is built anew wherever it is used.
+            found, takes = Signal(ways, name="found"), Signal(ways, name="takes")
+            m.d.comb += found.eq(Cat(fresh & old.full[way] & (old.rest[way] == operand.rest)
+                                     & (operand.forced[way] | ~operand.direct) for way in range(ways)))
             oldest = Cat(Cat(before[k] if way == a else ~before[k] for k, (a, b) in enumerate(pairs)
                              if way in (a, b)).all() for way in range(ways))
             hit = found.any()
-            takes = Mux(hit, found, Mux(operand.direct, operand.forced, oldest))
+            m.d.comb += takes.eq(Mux(hit, found, Mux(operand.direct, operand.forced, oldest)))
             # In the order of the row's fields.
             return Cat(
                 operand.generation,

@@ -20,7 +20,7 @@ HARNESS = Path(__file__).with_name("machine.cpp")
 _FLAGS = ("-Wno-fatal", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert")
 _TRACE = "--trace-vcd"
 # One unit for each module: reading the headers again for each file takes longer than to compile them.
-_MAKE = ("make", "-j2", "VM_PARALLEL_BUILDS=0", f"OPT_FAST={OPTIMIZATION}", "OPT_GLOBAL=-O1")
+_MAKE = ("make", "-j2", "VM_PARALLEL_BUILDS=0", f"OPT_FAST={OPTIMIZATION}", f"OPT_GLOBAL={OPTIMIZATION}")
 # Seconds on two idle cores, for machines of several clusters with preset paper.
 _STAGES = {"export Verilog": 7.0, "run Verilator": 14.0, "compile": 18.0}
 _LIBRARY, _LOG = "machine.so", "build.log"

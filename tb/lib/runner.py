@@ -51,7 +51,8 @@ _FLAGS = {
 }
 # Testbenches are short: a precompiled header saves little with few files, and the compiler crashes over that of large
 # memories.
-_MAKE = ("-j2 -- OPT_FAST=" + OPTIMIZATION.replace(" ", r"\ ") + " OPT_SLOW=-O0 OPT_GLOBAL=-O1 "
+_QUICK = OPTIMIZATION.replace(" ", r"\ ")
+_MAKE = (f"-j2 -- OPT_FAST={_QUICK} OPT_SLOW=-O0 OPT_GLOBAL={_QUICK} "
          "CFG_CXXFLAGS_PCH=-fsyntax-only VK_PCH_I_FAST=-includeVtop__pch.h VK_PCH_I_SLOW=-includeVtop__pch.h")
 # What a run needs of a build.
 _PROGRAM = {"verilator": "top", "icarus": "sim.vvp"}

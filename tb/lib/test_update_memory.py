@@ -16,7 +16,7 @@ class TestUpdateMemory(Bench):
     def arguments(self):
         # Odd operands add or replace, others leave the row.
         return {"shape": 16, "depth": self.depth, "operand": 16, "tag": 12,
-                "change": lambda old, operand: (Mux(operand[1], operand, old + operand)[:16], operand[0])}
+                "change": lambda _, old, operand: (Mux(operand[1], operand, old + operand)[:16], operand[0])}
 
     def vectors(self, config):
         """Rows that are hit again after every number of cycles; the first hit replaces what was there."""

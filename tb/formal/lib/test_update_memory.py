@@ -8,7 +8,7 @@ from tb.formal.declare import Claim, Control, declare
 OPERAND = StructLayout({"key": 2, "hit": 1, "clear": 1})
 
 
-def change(old, operand):
+def change(_, old, operand):
     """The larger key stays; a clear makes it 0."""
     return Mux(operand.clear, 0, operand.key), operand.clear | (operand.hit & (operand.key > old))
 
@@ -29,7 +29,7 @@ def nearest(m, bench, dut, depth):
     # The best so far as golden has it: one item after the other, each at once.
     best, known = Signal(2), Signal()
     mine = chosen & dut.i.valid & (item.address == row)
-    new, written = change(best, operand)
+    new, written = change(None, best, operand)
     with m.If(mine & written):
         m.d.sync += best.eq(new)
     with m.If(mine & operand.clear):
@@ -44,7 +44,7 @@ def nearest(m, bench, dut, depth):
         m.d.comb += [Assert(dut.o.valid, "latency"), Assert(got.address == row, "latency"),
                      Assert(got.old == expected["best"], "old"), Assert(got.written == expected["written"], "written")]
         with m.If(got.written):
-            m.d.comb += Assert(got.new == change(got.old, got.tag)[0], "new")
+            m.d.comb += Assert(got.new == change(None, got.old, got.tag)[0], "new")
     m.d.comb += Cover(expected["requests"] & ~expected["written"] & (expected["best"] == 3), "the largest key")
 
 
