@@ -78,7 +78,7 @@ sim: $(STAMP) ## the regressions of the hardware: cocotb in Verilator and Icarus
 	@echo "== regressions of $(BLOCK)"
 	$(PYTEST) -m "not nightly" $(BENCHES)
 
-coverage: $(STAMP) ## arms of If, Switch and FSM that make sim enters, by block; BLOCK=icu for one
+coverage: $(STAMP) ## arms and toggles that make sim covers, by folder; BLOCK=icu for one
 	$(PYTEST) -p tb.coverage.plugin -m "not nightly" $(BENCHES)
 	$(BIN)/python -m tb.coverage
 

@@ -1,23 +1,18 @@
 """Which arms of ``If``, ``Switch`` and ``FSM`` a simulation enters, at their lines of Amaranth source."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from unittest import mock
 
 from amaranth.hdl import Cat, Format, Fragment, Print, Signal
 from amaranth.hdl._ast import Statement, Switch
 
-__all__ = ["MARK", "reported"]
+__all__ = ["MARK", "add_arms"]
 
-ROOT = Path(__file__).parents[2]
 # Begins a line that a simulation prints; the arm follows: file, line, and the line of its If, Switch or FSM.
 MARK = "@arm "
 
 
-@contextmanager
-def reported(folder: Path = ROOT / "hw") -> Iterator[set[str]]:
-    """A context in which simulations, of Amaranth and of exported Verilog, print each arm when they first enter it.
+def add_arms(fragment: Fragment, folder: Path, known: set[str]) -> None:
+    """Make a fragment print each arm when it is first entered.
 
     An arm of a combinational statement is entered in a cycle if it holds at the cycle's end. A transition of an ``FSM``
     is a statement of an arm, so it is made if its arm is entered.
@@ -25,27 +20,10 @@ def reported(folder: Path = ROOT / "hw") -> Iterator[set[str]]:
     Parameters
     ----------
     folder
-        Arms of files below it are reported.
-
-    Yields
-    ------
-    All arms of the components that have been elaborated, as they are printed behind `MARK`.
+        Arms of files below it are printed.
+    known
+        Receives all arms, as they are printed behind `MARK`.
     """
-    known: set[str] = set()
-    original = Fragment.prepare
-
-    def prepare(self, *arguments, **given):
-        _add(self, folder, known)
-        return original(self, *arguments, **given)
-
-    with mock.patch.object(Fragment, "prepare", prepare):
-        yield known
-
-
-def _add(fragment, folder, known):
-    """Make a fragment and all below it report their arms."""
-    for inner, *_ in fragment.subfragments:
-        _add(inner, folder, known)
     clocked = next((domain for domain in fragment.statements if domain != "comb"), "sync")
     # By arm: it has been printed; and it holds, if a combinational statement says so.
     printed: dict[str, Signal] = {}

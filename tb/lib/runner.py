@@ -22,6 +22,7 @@ from cocotb_tools.runner import Runner, Verilator, get_runner
 from hw.export import verilog_of
 from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
 from hw.simulator.verilator import OPTIMIZATION, verilator_package, verilator_version
+from tb.lib.bench_view import named_states, write_bench_view
 from tb.lib.seed import IS_DRAWN, SEED
 
 __all__ = [
@@ -99,7 +100,7 @@ class _SharedRuntime(Verilator):
 
 def _runtime(waves):
     """The folder of the compiled runtime."""
-    return build_folder() / "runtime" / content_key(_version("verilator"), _MAKE, waves)
+    return build_folder() / "runtime" / content_key(_version("verilator"), _MAKE, waves and _waves_format())
 
 
 class _PortsOnly(_SharedRuntime):
@@ -140,7 +141,8 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
     AssertionError
         A coroutine failed, or one of the names does not exist.
     """
-    text = component if isinstance(component, str) else verilog_of(component, "top")
+    with named_states():
+        text = component if isinstance(component, str) else verilog_of(component, "top")
     tests = tuple(tests) or _coroutines(module)
     if _recorded is not None:
         _recorded.append(Run(text, module, tests, given))
@@ -155,7 +157,8 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
         # Icarus writes waveforms only in a version of the language in which it runs the rest wrongly.
         Simulation(text, "verilator", waves=True).run(module, tests, name, SEED, given)
     if failed:
-        pytest.fail(f"{name}: {', '.join(failed)} failed in {simulator}; waves in {WAVES / name}\n"
+        pytest.fail(f"{name}: {', '.join(failed)} failed in {simulator}; waves and their view (*.gtkw) in "
+                    f"{WAVES / name}\n"
                     f"again: {replay_command()}", pytrace=False)
 
 
@@ -218,7 +221,7 @@ class Simulation:
 
     def __init__(self, text: str, simulator: str = "verilator", *, visible: tuple[str, ...] = (), waves: bool = False):
         self._text, self._simulator, self._visible, self._waves = text, simulator, visible, waves
-        key = content_key(text, _version(simulator), _FLAGS[simulator], _MAKE, waves, visible)
+        key = content_key(text, _version(simulator), _FLAGS[simulator], _MAKE, waves and _waves_format(), visible)
         self._folder = (BUILD / "builds" / f"{simulator}-{key}").resolve()
         self._folder.parent.mkdir(parents=True, exist_ok=True)
 
@@ -244,6 +247,8 @@ class Simulation:
             "BENCH_OPTIONS": json.dumps(given), "BENCH_SEED": str(seed), "COCOTB_RANDOM_SEED": str(seed),
             "COCOTB_MAX_FAILURES": str(failures), "COCOTB_REWRITE_ASSERTION_FILES": "tb/*.py" if explains else "",
             "PYTHONPATH": os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])}
+        if self._waves:
+            write_bench_view(self._text, results / f"dump.{_waves_format()}")
         # Outside and inside pytest a failing test ends the runner in different ways; the results say what failed.
         with self._built() as runner, contextlib.suppress(SystemExit, RuntimeError):
             runner.test(
@@ -288,9 +293,10 @@ class Simulation:
                     f'public_flat_rw -module "top" -var "{pattern}"' for pattern in self._visible), ""]))
                 sources.insert(0, control)
             shares = runner.sharing(self._waves) if self._simulator == "verilator" else contextlib.nullcontext()
+            flags = [*_FLAGS[self._simulator], *(["--trace-fst"] if self._waves and _waves_format() == "fst" else [])]
             with tools(), shares:
                 runner.build(sources=sources, hdl_toplevel="top", build_dir=folder, always=True, waves=self._waves,
-                             timescale=("1ns", "1ps"), build_args=_FLAGS[self._simulator], log_file=folder / log)
+                             timescale=("1ns", "1ps"), build_args=flags, log_file=folder / log)
             if self._simulator == "verilator":
                 subprocess.run(["strip", program], cwd=folder, check=False)
             made = folder / "made"
@@ -299,6 +305,14 @@ class Simulation:
                 (folder / name).rename(made / name)
             shutil.rmtree(self._folder, ignore_errors=True)
             shutil.move(made, self._folder)
+
+
+@functools.cache
+def _waves_format():
+    """FST, a tenth as large, where the compiler finds what Verilator needs to write it; else VCD."""
+    compiled = subprocess.run([os.environ.get("CXX", "g++"), "-E", "-x", "c++", "-"], input="#include <lz4.h>",
+                              text=True, capture_output=True, check=False)
+    return "vcd" if compiled.returncode else "fst"
 
 
 @functools.cache
