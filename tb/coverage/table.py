@@ -38,8 +38,8 @@ def _counts(one, excluded):
 
 
 def _cells(count):
-    wanted = count["all"] - count["excluded"]
-    return f"{count['all']} | {count['excluded']} | " + (f"{100 * count['covered'] / wanted:.1f} %" if wanted else "-")
+    left = count["all"] - count["excluded"]
+    return f"{count['all']} | {count['excluded']} | " + (f"{100 * count['covered'] / left:.1f} %" if left else "-")
 
 
 def _names(point):

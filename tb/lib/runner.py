@@ -157,8 +157,7 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
         # Icarus writes waveforms only in a version of the language in which it runs the rest wrongly.
         Simulation(text, "verilator", waves=True).run(module, tests, name, SEED, given)
     if failed:
-        pytest.fail(f"{name}: {', '.join(failed)} failed in {simulator}; waves and their view (*.gtkw) in "
-                    f"{WAVES / name}\n"
+        pytest.fail(f"{name}: {', '.join(failed)} failed in {simulator}; waves in {WAVES / name}\n"
                     f"again: {replay_command()}", pytrace=False)
 
 
