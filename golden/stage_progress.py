@@ -1,20 +1,23 @@
 """A bar for work whose stages cannot say how far they are."""
 
 import json
-import os
 import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from golden.output import whole_file
 from golden.progress_bar import progress_bar
 
 __all__ = ["StageProgress"]
 
 # A stage that takes longer than expected stops the bar short of its end.
 _MOST = 0.95
+
+# No stage takes so many seconds.
+_LONGEST = 1e7
 
 
 class StageProgress:
@@ -29,14 +32,14 @@ class StageProgress:
     shown
         Show the bar on stderr once two seconds have passed.
     record
-        A file that keeps the durations of the last job: they replace the expected ones.
+        A file that keeps the durations of the last job: they replace the expected ones. One that cannot be read counts
+        as none, and one that cannot be written stays as it is.
     """
 
     def __init__(self, title: str, expected: dict[str, float], *, shown: bool, record: Path | None = None):
         self._title, self._record, self._expected, self._taken = title, record, dict(expected), {}
-        if record and record.exists():
-            known = json.loads(record.read_text())
-            self._expected |= {name: known[name] for name in expected if name in known}
+        known = self._known()
+        self._expected |= {name: known[name] for name in expected if name in known}
         self._tick = 0.5 if sys.stderr.isatty() else 10.0
         self._total = max(1, round(sum(self._expected.values())))
         self._bar = progress_bar(
@@ -71,11 +74,17 @@ class StageProgress:
 
     def keep(self) -> None:
         """Keep the durations, of a complete job, for the next estimate."""
-        known = json.loads(self._record.read_text()) if self._record.exists() else {}
-        known |= {name: round(seconds, 1) for name, seconds in self._taken.items()}
-        part = self._record.with_suffix(f".part{os.getpid()}")
-        part.write_text(json.dumps(known))
-        part.replace(self._record)
+        known = self._known() | {name: round(seconds, 1) for name, seconds in self._taken.items()}
+        with suppress(OSError), whole_file(self._record) as part:
+            part.write_text(json.dumps(known))
+
+    def _known(self):
+        """The recorded durations; none of what a torn file or another program left."""
+        try:
+            known = json.loads(self._record.read_text()) if self._record else {}
+            return {str(name): float(seconds) for name, seconds in known.items() if 0 <= seconds < _LONGEST}
+        except (OSError, ValueError, AttributeError, TypeError):
+            return {}
 
     def close(self) -> None:
         """Close the bar."""

@@ -1,7 +1,6 @@
 """Real scenes, rendered and cast, with pictures and a report."""
 
 import json
-import os
 import platform
 from importlib.metadata import version
 from pathlib import Path
@@ -11,6 +10,7 @@ from PIL import Image, ImageChops
 from scipy import sparse
 
 from golden.package_version import DISTRIBUTION, package_version
+from golden.processors import processors
 from radiosity.run import run
 
 __all__ = ["MACHINE", "RENDERED", "write_demo"]
@@ -87,7 +87,7 @@ def write_demo(folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     report = ["# Demo", "",
               f"{DISTRIBUTION} {package_version()}, Python {platform.python_version()}, "
-              f"numpy {version('numpy')}, {os.cpu_count()} cores ({platform.machine()}). The golden renderer "
+              f"numpy {version('numpy')}, {processors()} cores ({platform.machine()}). The golden renderer "
               "makes all but the last picture in double precision.", ""]
     run(folder, "scene", "phone", "-o", "phone.glb")
     for job in RENDERS:

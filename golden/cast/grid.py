@@ -1,9 +1,9 @@
 """The conventional technique: each ray traverses a uniform grid until its first hit, in float64."""
 
-import os
-from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from functools import cached_property
 from itertools import pairwise
+from numbers import Integral
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +14,10 @@ from golden.cast.rays import Hits, Rays
 from golden.compiled import is_compiler_active
 from golden.errors import InputError
 from golden.oracle import Oracle, ShearedRays
+from golden.processors import processors
 from golden.scene.cells import FINEST, Cells, balanced_cell
 from golden.scene.scene import Scene
+from golden.spread import in_threads
 from golden.stage_progress import StageProgress
 
 __all__ = ["Grid"]
@@ -53,7 +55,7 @@ class Grid(RayCaster):
     cell
         Cell size, see `Cells`. Default: of a few sizes the one at which rays from the patches cost least.
     jobs
-        Threads, at least 1; the hits do not depend on it. Default: one per processor.
+        Threads, at least 1; the hits do not depend on it. Default: one per processor that this process may use.
     compiled
         Cast by numba; the hits do not depend on it. Default: where it is installed and not switched off.
     progress
@@ -67,9 +69,7 @@ class Grid(RayCaster):
 
     def __init__(self, scene: Scene, cell: float | None = None, *, jobs: int | None = None,
                  compiled: bool | None = None, progress: bool = False):
-        if jobs is not None and not 1 <= jobs <= MOST_JOBS:
-            raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}")
-        self.jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
+        self.jobs = _threads(jobs)
         self._compiled = is_compiler_active() if compiled is None else compiled
         self.oracle = Oracle(scene)
         with StageProgress("grid", EXPECTED, shown=progress) as bar:
@@ -79,6 +79,15 @@ class Grid(RayCaster):
                 if cell is None:
                     self._choose_cells(_trial_rays(scene))
                 self.nearest(Rays(np.empty((0, 3)), np.empty((0, 3))))
+
+    def with_jobs(self, jobs: int | None) -> "Grid":
+        """The same grid by so many threads."""
+        threads = _threads(jobs)
+        if threads == self.jobs:
+            return self
+        other = copy(self)
+        other.jobs = threads
+        return other
 
     def _fill(self, cells):
         """Use these cells."""
@@ -144,14 +153,8 @@ class Grid(RayCaster):
         """Call ``part`` with slices of ``count`` rays; none writes what another reads."""
         shares = max(1, min(shares, count // least))
         borders = np.linspace(0, count, shares + 1).astype(int)
-        slices = [slice(begin, end) for begin, end in pairwise(borders.tolist())]
-        if shares == 1 or self.jobs == 1:
-            for rows in slices:
-                part(rows)
-            return
-        with ThreadPoolExecutor(min(self.jobs, shares)) as threads:
-            for _ in threads.map(part, slices):
-                pass
+        for _ in in_threads(self.jobs)(lambda begin, end: part(slice(begin, end)), pairwise(borders.tolist())):
+            pass
 
     def _cast_in_blocks(self, rays, any_hit):
         cells = self.cells
@@ -324,3 +327,12 @@ class _Block:
         for name in self._BY_AXIS:
             components = zip(getattr(self, name), *(getattr(other, name) for other in others), strict=True)
             setattr(self, name, [change(*component) for component in components])
+
+
+def _threads(jobs):
+    """Checked, or the default."""
+    if jobs is None:
+        return min(processors(), MOST_JOBS)
+    if isinstance(jobs, bool) or not isinstance(jobs, Integral) or not 1 <= jobs <= MOST_JOBS:
+        raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}")
+    return int(jobs)

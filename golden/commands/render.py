@@ -74,7 +74,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @METHOD_CELL
     @add_options(option for method in methods for option in method.options)
     @click.option("--jobs", type=int, help="Set the number of threads that cast; the image does not depend on it.  "
-                  "[default: one per processor]")
+                  "[default: one per usable processor]")
     @WORKERS
     @click.option("--seed", type=int, default=0, help="Set the seed of all random choices.")
     @click.option("--exposure", type=Positive(), help="Set the factor before the tone curve.  [default: automatic]")

@@ -1,10 +1,9 @@
 """Light in a scene that the two passes do not compute."""
 
-import warnings
 
 import numpy as np
 
-from golden.errors import InputWarning
+from golden.input_warnings import warn
 from golden.light.glass import Glass
 from golden.light.near_lights import RESOLVED, NearPairs
 from golden.plural import counted
@@ -47,9 +46,8 @@ def warn_of_flush_lights(scene: Scene) -> None:
         first = pairs[0][np.argsort(~emits[pairs[0]])]
         light, surface = (scene.materials[number].name for number in scene.material[first])
         more = f", and {counted(len(pairs) - 1, 'more pair')}" if len(pairs) > 1 else ""
-        warnings.warn(f"scene {scene.name!r}: a light of material {light!r} lies in a surface of material "
-                      f"{surface!r}{more}: rays meet either of them; a small distance helps", InputWarning,
-                      stacklevel=2)
+        warn(f"scene {scene.name!r}: a light of material {light!r} lies in a surface of material "
+             f"{surface!r}{more}: rays meet either of them; a small distance helps")
 
 
 def warn_of_tiny_patches(scene: Scene, least: float) -> None:
@@ -65,9 +63,8 @@ def warn_of_tiny_patches(scene: Scene, least: float) -> None:
     extent = (scene.vertices.max(axis=1) - scene.vertices.min(axis=1)).max(axis=1)
     tiny = np.count_nonzero(extent < TINY * least)
     if tiny:
-        warnings.warn(f"scene {scene.name!r}: {counted(tiny, 'patch')} of {len(scene)} smaller than "
-                      f"{TINY * least:.3g}, which rays miss in a scene of {scene.size:.3g}: is a vertex astray?",
-                      InputWarning, stacklevel=2)
+        warn(f"scene {scene.name!r}: {counted(tiny, 'patch')} of {len(scene)} smaller than "
+             f"{TINY * least:.3g}, which rays miss in a scene of {scene.size:.3g}: is a vertex astray?")
 
 
 def warn_of_near_lights(scene: Scene, refinement: Refinement, pairs: NearPairs) -> None:
@@ -87,6 +84,6 @@ def warn_of_near_lights(scene: Scene, refinement: Refinement, pairs: NearPairs) 
     if len(near):
         worst = near[np.argmin(share[near])]
         name, length = scene.materials[scene.material[pairs.light[worst]]].name, longest[pairs.receiver[worst]]
-        warnings.warn(f"scene {scene.name!r}: a light of material {name!r} is {pairs.distance[worst]:.3g} from a "
-                      f"surface whose elements are {length:.3g} long: the light that the surface reflects may be too "
-                      "bright; a smaller --max-edge helps", InputWarning, stacklevel=2)
+        warn(f"scene {scene.name!r}: a light of material {name!r} is {pairs.distance[worst]:.3g} from a "
+             f"surface whose elements are {length:.3g} long: the light that the surface reflects may be too "
+             "bright; a smaller --max-edge helps")

@@ -1,12 +1,12 @@
 """Scenes from files."""
 
 import logging
-import warnings
 from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError, InputWarning
+from golden.errors import InputError
+from golden.input_warnings import caught_warnings, warn
 from golden.scene.appearance import UNSPECIFIED
 from golden.scene.facets import facet_scene
 from golden.scene.mesh import Mesh, mesh_scene
@@ -110,9 +110,7 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: Suffix must be one of {' '.join(SUFFIXES)}, not {path.suffix!r}")
     try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("ignore")
-            warnings.simplefilter("always", InputWarning)
+        with caught_warnings() as caught:
             scene = _read(path, None if up is None else tuple(float(value) for value in up), facets)
     except InputError as error:
         if str(error).startswith(str(path)):
@@ -120,6 +118,6 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
         raise InputError(f"{path}: {error}") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
-    for warning in caught:
-        warnings.warn(f"{path}: {warning.message}", InputWarning, stacklevel=2)
+    for message in caught:
+        warn(f"{path}: {message}")
     return scene

@@ -1,12 +1,12 @@
 """Polygons of files, and the scene that they become."""
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError, InputWarning
+from golden.errors import InputError
+from golden.input_warnings import warn
 from golden.scene.adjacency import corner_numbers, inside_out, patch_normals, smooth_numbers, surface_numbers
 from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
@@ -128,7 +128,7 @@ def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
     if len(flat) == len(mesh.counts):
         raise InputError(f"{where}: {_faces(flat)} no area")
     if len(flat):
-        warnings.warn(f"not used: {_faces(flat)} no area", InputWarning, stacklevel=2)
+        warn(f"not used: {_faces(flat)} no area")
     counts = mesh.counts.copy()
     counts[flat] = 0
     patches, faces = [], []

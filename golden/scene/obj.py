@@ -4,12 +4,12 @@ Polygons are read whole: loaders of triangles cut a polygon into a fan, and the 
 outside of it.
 """
 
-import warnings
 from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError, InputWarning
+from golden.errors import InputError
+from golden.input_warnings import warn
 from golden.scene.appearance import UNSPECIFIED, colour_materials
 from golden.scene.mesh import Mesh
 from golden.scene.mtl import MtlMaterial, read_mtl
@@ -120,8 +120,7 @@ class _Obj:
                 text = path.read_text(encoding="utf-8-sig", errors="replace")
             except FileNotFoundError:
                 self.lost = True
-                warnings.warn(f"there is no material library {name!r}: its materials become grey", InputWarning,
-                              stacklevel=2)
+                warn(f"there is no material library {name!r}: its materials become grey")
                 continue
             except (OSError, ValueError) as error:  # a ValueError for a name with a zero byte
                 reason = getattr(error, "strerror", None) or error

@@ -1,10 +1,9 @@
 """Patches of one plane that overlap."""
 
-import warnings
 
 import numpy as np
 
-from golden.errors import InputWarning
+from golden.input_warnings import warn
 from golden.plural import counted
 from golden.scene.scene import Scene
 
@@ -73,8 +72,8 @@ def warn_of_overlaps(scene: Scene) -> None:
     pairs = overlaps(scene)
     if len(pairs):
         more = f", and {counted(len(pairs) - 1, 'more pair')}" if len(pairs) > 1 else ""
-        warnings.warn(f"{scene.name}: patches {pairs[0, 0]} and {pairs[0, 1]} overlap in one plane{more}: each counts "
-                      "as a whole, so view factors to them are too large", InputWarning, stacklevel=2)
+        warn(f"{scene.name}: patches {pairs[0, 0]} and {pairs[0, 1]} overlap in one plane{more}: each counts "
+             "as a whole, so view factors to them are too large")
 
 
 def _planes(scene, touch):

@@ -1,6 +1,6 @@
 """Scenes: patches, materials, lights and a camera."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -23,6 +23,8 @@ class Scene:
     A triangle repeats its last vertex (``vertices[i, 3] == vertices[i, 2]``). Neighbouring patches have the same
     float64 coordinates at a shared corner, so that casting loses no ray between them. The front of a patch is
     the side from which its vertices run counter-clockwise.
+
+    A scene does not change: its arrays, and those that follow from them, are copies that cannot be written.
 
     Parameters
     ----------
@@ -91,7 +93,7 @@ class Scene:
                     "two_sided": np.zeros(count, dtype=bool)}
         if self.smooth is None and self.surface is None:
             defaults["smooth"] = np.arange(count)
-        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "vertices", _constant(vertices))
         for name in ("material", "surface", "smooth", "two_sided"):
             value = getattr(self, name)
             value = np.ascontiguousarray(defaults[name] if value is None else value,
@@ -99,7 +101,7 @@ class Scene:
             if value.shape != (count,):
                 raise InputError(f"scene {self.name!r}: {name.capitalize()} must have one entry for each of "
                                  f"{count} patches, not shape {value.shape!r}")
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, _constant(value))
         if self.material.min() < 0 or self.material.max() >= len(self.materials):
             raise InputError(f"scene {self.name!r}: Material must be a number below {len(self.materials)}, "
                              f"not {self.material.min()} to {self.material.max()}")
@@ -112,6 +114,10 @@ class Scene:
 
     def __len__(self) -> int:
         return len(self.vertices)
+
+    def __getstate__(self) -> dict:
+        """The fields alone: what follows from them is computed anew."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
 
     def with_parts(self, parent: np.ndarray, vertices: np.ndarray | None = None) -> "Scene":
         """The scene of patches, or of parts of them.
@@ -126,6 +132,11 @@ class Scene:
         columns = {name: getattr(self, name)[parent] for name in ("material", "surface", "smooth", "two_sided")}
         return replace(self, vertices=self.vertices[parent] if vertices is None else vertices, **columns,
                        textures=None if self.textures is None else self.textures.of(parent))
+
+    def __setstate__(self, state):
+        vars(self).update(state)
+        for name in ("vertices", "material", "surface", "smooth", "two_sided"):
+            state[name].setflags(write=False)
 
     @property
     def is_lit(self) -> bool:
@@ -142,41 +153,41 @@ class Scene:
     @cached_property
     def is_triangle(self) -> np.ndarray:
         """N bool: the patch is a triangle."""
-        return (self.vertices[:, 3] == self.vertices[:, 2]).all(axis=1)
+        return _constant((self.vertices[:, 3] == self.vertices[:, 2]).all(axis=1))
 
     @cached_property
     def centres(self) -> np.ndarray:
         """N x 3: the mean of each patch's corners; a triangle's repeated one counts once."""
         share = np.where(self.is_triangle[:, None], [1 / 3, 1 / 3, 1 / 3, 0], 0.25)
-        return np.einsum("nk,nkj->nj", share, self.vertices)
+        return _constant(np.einsum("nk,nkj->nj", share, self.vertices))
 
     @cached_property
     def area_vectors(self) -> np.ndarray:
         """N x 3: front normal times area."""
         v = self.vertices
-        return 0.5 * np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1])
+        return _constant(0.5 * np.cross(v[:, 2] - v[:, 0], v[:, 3] - v[:, 1]))
 
     @cached_property
     def areas(self) -> np.ndarray:
         """N float64, areas in squared scene units."""
-        return np.linalg.norm(self.area_vectors, axis=1)
+        return _constant(np.linalg.norm(self.area_vectors, axis=1))
 
     @cached_property
     def normals(self) -> np.ndarray:
         """N x 3 unit front normals."""
-        return self.area_vectors / self.areas[:, None]
+        return _constant(self.area_vectors / self.areas[:, None])
 
     @cached_property
     def is_curved(self) -> np.ndarray:
         """N bool: the patch's smooth group is more than one plane."""
         group, _ = np.unique(np.stack([self.smooth, self.surface]), axis=1)
-        return np.bincount(group, minlength=self.smooth.max() + 1)[self.smooth] > 1
+        return _constant(np.bincount(group, minlength=self.smooth.max() + 1)[self.smooth] > 1)
 
     @cached_property
     def bounds(self) -> np.ndarray:
         """2 x 3: lower and upper corner of the scene box."""
         points = self.vertices.reshape(-1, 3)
-        return np.array([points.min(axis=0), points.max(axis=0)])
+        return _constant(np.array([points.min(axis=0), points.max(axis=0)]))
 
     @cached_property
     def size(self) -> float:
@@ -186,3 +197,11 @@ class Scene:
     def channels(self, name: str) -> np.ndarray:
         """A material property (``"diffuse"``, ``"emission"``, ...) of every patch, N x 3 (or N)."""
         return np.array([getattr(material, name) for material in self.materials], dtype=np.float64)[self.material]
+
+
+def _constant(array):
+    """The array, or a copy if others may write to it, which nobody can write."""
+    if array.flags.writeable:
+        array = array.copy()
+        array.setflags(write=False)
+    return array

@@ -1,8 +1,6 @@
 """What a file holds and its scene does not use."""
 
-import warnings
-
-from golden.errors import InputWarning
+from golden.input_warnings import warn
 
 __all__ = ["Unused"]
 
@@ -22,4 +20,4 @@ class Unused:
         """Names all that was counted in one `InputWarning`, after ``where``; nothing if there is none."""
         if self._counts:
             kinds = ", ".join(what if count == 1 else f"{what} ({count})" for what, count in self._counts.items())
-            warnings.warn(f"{where}{': ' if where else ''}not used: {kinds}", InputWarning, stacklevel=2)
+            warn(f"{where}{': ' if where else ''}not used: {kinds}")

@@ -1,13 +1,12 @@
 """An image of a scene, written in the requested format."""
 
 import json
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from golden.errors import InputWarning
 from golden.image import false_colour, write_exr, write_png
+from golden.input_warnings import warn
 from golden.light.tone import tone_map
 from golden.light.two_pass import RenderResult, RenderSettings, render
 from golden.output import check_inputs_stay, check_named_once, check_outputs, whole_file
@@ -57,8 +56,8 @@ class View:
         for light in (self.daylight, *self.luminaires):
             opened = opened if light is None else light.scene(opened, efficacy)
         if self.luminaires and opened.size > LONGEST:
-            warnings.warn(f"scene {opened.name!r}: it is {opened.size:g} long, and a length counts as a metre for "
-                          "luminaires; in another unit they are too dark", InputWarning, stacklevel=2)
+            warn(f"scene {opened.name!r}: it is {opened.size:g} long, and a length counts as a metre for "
+                 "luminaires; in another unit they are too dark")
         return opened
 
     @property

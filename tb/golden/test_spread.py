@@ -1,7 +1,10 @@
 """Spans of work, in whatever order they end."""
 
+import re
 import time
 from functools import partial
+from pathlib import Path
+from threading import Lock, current_thread
 
 import numpy as np
 import pytest
@@ -17,10 +20,12 @@ from golden.light.factors.rows import FactorRows
 from golden.light.form_factors import hemisphere_sums, patch_columns
 from golden.light.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
+from golden.source_digest import PACKAGES
 from golden.spread import in_threads, in_turn, spans
 from tb.golden.hostile_spread import HOSTILE, HostileSpread
 
 PARTS = spans(23, 5)
+ROOT = Path(__file__).parents[2]
 
 
 def test_spans_cover_all_numbers_once():
@@ -52,6 +57,35 @@ def test_an_error_in_a_thread_ends_the_work():
     with pytest.raises(KeyboardInterrupt):
         list(in_threads(2)(work, spans(10000, 1)))
     assert len(begun) < 10000
+
+
+@pytest.mark.parametrize(("jobs", "parts", "most"), [(4, 9, 4), (4, 2, 4), (3, 2, 2), (1, 5, 1), (4, 1, 4)])
+def test_work_in_spans_whose_work_is_in_spans_has_no_more_threads(jobs, parts, most):
+    """So many at once as the outermost work was given, or as share out evenly."""
+    lock, running, greatest = Lock(), [0], [0]
+
+    def inner(first, last):
+        with lock:
+            running[0] += 1
+            greatest[0] = max(greatest[0], running[0])
+        time.sleep(0.01)
+        with lock:
+            running[0] -= 1
+        return first
+
+    def outer(first, last):
+        return sorted(result for _, result in in_threads(jobs)(inner, spans(4, 1)))
+
+    assert dict(in_threads(jobs)(outer, spans(parts, 1))) == {part: [0, 1, 2, 3] for part in spans(parts, 1)}
+    assert greatest[0] <= most
+    # What threads of a spread may use is no limit of the next one.
+    assert len({name for _, name in in_threads(3)(lambda *_: time.sleep(0.02) or current_thread().name,
+                                                  spans(3, 1))}) == 3
+
+
+def test_all_threads_that_compute_are_made_in_one_place():
+    sources = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py")]
+    assert [path.name for path in sources if re.search("ThreadPool|Thread[(].*jobs", path.read_text())] == ["spread.py"]
 
 
 @pytest.fixture(params=HOSTILE, ids=lambda seed: repr(HostileSpread(seed)))

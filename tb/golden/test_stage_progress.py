@@ -45,6 +45,19 @@ def test_the_last_durations_are_the_next_estimate(capsys, monkeypatch, tmp_path)
     assert known["other"] == 7.0
 
 
+@pytest.mark.parametrize("content", [
+    "", '{"first": 10', "[1]", "7", '{"first": "x"}', '{"first": -1}', '{"first": 1e400}', '{"first": NaN}', b"\xff"])
+def test_durations_that_cannot_be_read_are_replaced(capsys, monkeypatch, tmp_path, content):
+    record = tmp_path / "durations.json"
+    record.write_bytes(content if isinstance(content, bytes) else content.encode())
+    assert "of about 4 s" in shown(capsys, monkeypatch, shown=True, record=record)
+    assert json.loads(record.read_text()).keys() == STAGES.keys()
+
+
+def test_durations_that_cannot_be_kept_stop_nothing(capsys, monkeypatch, tmp_path):
+    assert "of about 4 s" in shown(capsys, monkeypatch, shown=True, record=tmp_path / "none" / "durations.json")
+
+
 @pytest.mark.parametrize(("first", "total"), [(100.4, 101), (0.0, 1), (99.6, 101)])
 def test_the_bar_ends_at_its_end_whatever_the_durations(capsys, monkeypatch, tmp_path, first, total):
     """Their sum is not a whole number of seconds; beyond the total tqdm warns."""

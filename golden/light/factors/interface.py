@@ -14,7 +14,7 @@ __all__ = ["view_factors"]
 
 def view_factors(geometry, *, names=None, two_sided: bool = False, error: float = 1e-3,
                  sky_error: float | None = None, sky_patches: str | None = None, seed: int = 0, method: str = "grid",
-                 unit: str = "m", progress: bool = False) -> ViewFactors:
+                 unit: str = "m", jobs: int | None = None, progress: bool = False) -> ViewFactors:
     """View factors between facets, with occlusion.
 
     >>> from golden import view_factors
@@ -45,6 +45,9 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
         How rays are cast: grid, naive or embree.
     unit
         Of length: m, mm, cm, km, in or ft. Areas are in m2.
+    jobs
+        Threads of the method grid, 1 to 256; the factors do not depend on it. Default: one per processor that this
+        process may use.
     progress
         Shows a progress bar after two seconds.
 
@@ -69,6 +72,6 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     if unit not in METRES:
         raise InputError(f"view factors: Unit must be {' or '.join(METRES)}, not {unit!r}")
     warn_of_overlaps(scene)
-    rows = FactorRows(scene, ray_caster(scene, method), error=error, sky_error=sky_error, sky_patches=sky_patches,
-                      seed=seed)
+    rows = FactorRows(scene, ray_caster(scene, method, jobs=jobs), error=error, sky_error=sky_error,
+                      sky_patches=sky_patches, seed=seed)
     return in_metres(compute_view_factors(rows, progress=progress), unit)

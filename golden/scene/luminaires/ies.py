@@ -1,10 +1,10 @@
 """Luminaires in files of IESNA LM-63."""
 
-import warnings
 
 import numpy as np
 
-from golden.errors import InputError, InputWarning
+from golden.errors import InputError
+from golden.input_warnings import warn
 from golden.plural import counted
 from golden.scene.luminaires.photometry_file import PhotometryFile, Words, mirrored
 
@@ -40,7 +40,7 @@ def read_ies(text: str) -> PhotometryFile:
     words = Words(lines[start + 1:], start + 2)
     tilt = lines[start].strip()[5:].strip().upper()
     if tilt != "NONE":
-        warnings.warn("the dependence on the lamp's tilt is not used", InputWarning, stacklevel=2)
+        warn("the dependence on the lamp's tilt is not used")
     if tilt == "INCLUDE":
         words.number("lamp to luminaire geometry")
         words.numbers(2 * words.count("number of tilt angles"), "tilt angles and factors")
@@ -58,8 +58,8 @@ def read_ies(text: str) -> PhotometryFile:
     planes = words.numbers(horizontal, "horizontal angles")
     values = words.numbers(vertical * horizontal, "candela values").reshape(horizontal, vertical)
     if words.left:
-        warnings.warn(f"{counted(words.left, 'number')} after the candela values not used (does it have decimal "
-                      "commas?)", InputWarning, stacklevel=2)
+        warn(f"{counted(words.left, 'number')} after the candela values not used (does it have decimal "
+             "commas?)")
     planes, candela = _whole_turn(planes, values * (multiplier * ballast * lamp))
     # Negative sizes are diameters.
     metres = _FOOT if unit == 1 else 1.0

@@ -1,12 +1,12 @@
 """Luminaires as lights of a scene."""
 
-import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError, InputWarning
+from golden.errors import InputError
+from golden.input_warnings import caught_warnings, warn
 from golden.scene.lights import PointLight
 from golden.scene.luminaires.eulumdat import read_eulumdat
 from golden.scene.luminaires.ies import read_ies
@@ -68,7 +68,7 @@ class Luminaire:
         except InputError as error:
             raise InputError(f"{self.path}: {error}") from error
         if not found.candela.any():
-            warnings.warn(f"{self.path}: it emits no light", InputWarning, stacklevel=2)
+            warn(f"{self.path}: it emits no light")
         steps = np.zeros(1) if max(found.opening) == 0 else (np.arange(POINTS) + 0.5) / POINTS - 0.5
         places = [np.array(self.place) + x * found.opening[0] * axes[0] + y * found.opening[1] * axes[1]
                   for x in steps for y in steps]
@@ -97,9 +97,8 @@ class Luminaire:
             raise InputError(f"cannot be read ({error.strerror})") from error
         if data is None:
             raise InputError(f"it is larger than {_LARGEST} bytes")
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", InputWarning)
+        with caught_warnings() as caught:
             found = _READERS[suffix](data.decode("latin-1"))
-        for warning in caught:
-            warnings.warn(f"{self.path}: {warning.message}", InputWarning, stacklevel=4)
+        for message in caught:
+            warn(f"{self.path}: {message}", stacklevel=3)
         return found

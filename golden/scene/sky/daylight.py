@@ -1,12 +1,12 @@
 """Sun and sky of a scene, by their illuminances or by the weather."""
 
-import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from golden.errors import InputError, InputWarning
+from golden.errors import InputError
+from golden.input_warnings import warn
 from golden.scene.lights import DirectionalLight
 from golden.scene.material import BRIGHTEST
 from golden.scene.scene import Scene
@@ -101,8 +101,7 @@ class Daylight:
         sine = float(up @ toward)
         diffuse, direct = self._illuminances(sine)
         if self.sky == "uniform" and self.sun is not None and self.sun_illuminance is None:
-            warnings.warn("daylight: the sun is not used: with sky uniform it shines only if its illuminance is given",
-                          InputWarning, stacklevel=2)
+            warn("daylight: the sun is not used: with sky uniform it shines only if its illuminance is given")
         if sine <= 0:
             direct = 0.0
         horizontal = diffuse + direct * sine

@@ -37,6 +37,15 @@ def test_a_facet_that_rounding_has_bent_sees_the_sky_alone(two_sided):
     np.testing.assert_array_equal(factors.sky_error, 0)
 
 
+def test_threads_do_not_change_the_factors():
+    found = [view_factors(builtin_scene("furnace:2"), jobs=jobs, **FAST) for jobs in (1, 3)]
+    for name in ("F", "error"):
+        one, other = (getattr(factors, name).data.tobytes() for factors in found)
+        assert one == other
+    with pytest.raises(InputError, match="Jobs must be 1 to 256, not 0"):
+        view_factors(PLATES, jobs=0)
+
+
 def test_a_mesh_is_its_triangles():
     box = trimesh.creation.box()
     box.invert()

@@ -1,0 +1,44 @@
+"""Warnings on the user's input, caught by the thread that gives them."""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from golden.errors import InputWarning
+
+__all__ = ["caught_warnings", "warn"]
+
+_caught: ContextVar[list[str] | None] = ContextVar("caught", default=None)
+
+
+def warn(message: str, *, stacklevel: int = 1) -> None:
+    """Warn by an `InputWarning`, or add the message to those that this thread catches.
+
+    Parameters
+    ----------
+    message
+        One line.
+    stacklevel
+        How many callers above the one of this function the warning is about.
+    """
+    caught = _caught.get()
+    if caught is None:
+        warnings.warn(message, InputWarning, stacklevel=stacklevel + 2)
+    else:
+        caught.append(message)
+
+
+@contextmanager
+def caught_warnings() -> Iterator[list[str]]:
+    """Catch what this thread warns of in the block.
+
+    `warnings.catch_warnings` replaces the filters of the whole process: beside other threads it loses their warnings
+    and may leave its own filters behind.
+    """
+    caught = []
+    token = _caught.set(caught)
+    try:
+        yield caught
+    finally:
+        _caught.reset(token)
