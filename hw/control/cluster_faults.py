@@ -10,13 +10,14 @@ from hw.ctu.subshell_generator import ListError
 from hw.lib.first_fault import FirstFault
 from hw.memsys.path_fault import PathFault
 from hw.memsys.path_formats import PathFormats
-from hw.registers.error_code import LIST, PATH
+from hw.registers.error_code import LIST, PATH, ErrorCode
 
 __all__ = ["ClusterFaults"]
 
 
 class ClusterFaults(wiring.Component):
-    """Latches the first fault of a cluster's units; of both in the same cycle the memory system's.
+    """Latches the first fault of a cluster's units, or a time-out after it, which alone ends in a reset; of both in the
+    same cycle the memory system's.
 
     The end of a faulty list is an event, reported once: that in the cycle of a clear is latched. The memory system
     latches its own fault, and clears it in the same cycle: what it holds then is an earlier one.
@@ -37,7 +38,7 @@ class ClusterFaults(wiring.Component):
     clear : In(1)
         Clears earlier faults.
     fault : Out(ControlFormats.fault)
-        The first fault, all 0 while there is none.
+        That fault, all 0 while there is none.
 
     Timing
     ------
@@ -53,7 +54,8 @@ class ClusterFaults(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.first_fault = first_fault = FirstFault(layout=self._fault, count=2)
+        m.submodules.first_fault = first_fault = FirstFault(
+            layout=self._fault, count=2, urgent=ErrorCode.PATH_TIMEOUT.value)
         memory, subshells = first_fault.i
         m.d.comb += [
             memory.valid.eq((self.memory.code != PathFault.NONE) & ~self.clear),

@@ -45,8 +45,10 @@ class LocalBusInterface(wiring.Component):
         The four vertices of a patch, one after the other.
     lost_cell, lost_patch : Out(1)
         A reply was an error, in the cycle after its end. The entries of the cell have left, the patch has no vertices.
-    number : Out(24)
-        The cell or patch; of two in the same cycle the cell.
+    cell : Out(cell_bits)
+        The cell, at ``lost_cell``.
+    patch : Out(patch_bits)
+        The patch, at ``lost_patch``.
     hits, misses : Out(32)
         Replies with patches from the cache, and from main memory.
 
@@ -69,7 +71,8 @@ class LocalBusInterface(wiring.Component):
             "o_request": Out(stream.Signature(formats.request)),
             "i_reply": In(stream.Signature(formats.bus_reply, always_ready=True)),
             "o_listed": Out(stream.Signature(self._listed)), "o_vertex": Out(stream.Signature(icu.patch_vertex)),
-            "lost_cell": Out(1), "lost_patch": Out(1), "number": Out(24), "hits": Out(32), "misses": Out(32)})
+            "lost_cell": Out(1), "lost_patch": Out(1), "cell": Out(formats.cell_bits), "patch": Out(icu.patch),
+            "hits": Out(32), "misses": Out(32)})
 
     def elaborate(self, platform):
         m = Module()
@@ -78,7 +81,6 @@ class LocalBusInterface(wiring.Component):
         m.d.comb += [self.o_request.valid.eq(arbiter.o.valid), arbiter.o.ready.eq(self.o_request.ready),
                      self.o_request.payload.eq(arbiter.o.payload.item)]
         cells, patches = arbiter.i
-        # Of two numbers in a cycle the cell's counts.
         self._add_patches(m, patches, requests)
         self._add_cells(m, cells, requests)
         return m
@@ -118,9 +120,7 @@ class LocalBusInterface(wiring.Component):
             further.i.payload.cell.eq(requested.o.payload.cell),
             further.i.payload.part.eq(requested.o.payload.part + 1),
             gate.i_return.valid.eq(ends & ~more)]
-        m.d.sync += self.lost_cell.eq(ends & oldest.error)
-        with m.If(ends & oldest.error):
-            m.d.sync += self.number.eq(requested.o.payload.cell)
+        m.d.sync += [self.lost_cell.eq(ends & oldest.error), self.cell.eq(requested.o.payload.cell)]
 
     def _add_patches(self, m, out, requests):
         formats, icu = self._formats, self._icu
@@ -151,7 +151,6 @@ class LocalBusInterface(wiring.Component):
             self.o_vertex.payload.eq(oldest.vertex), self.o_vertex.valid.eq(entries.o.valid & ~oldest.error),
             entries.o.ready.eq(self.o_vertex.ready | oldest.error), moves.eq(entries.o.valid & entries.o.ready),
             ends.eq(moves & (index == VERTICES - 1)), gate.i_return.valid.eq(ends)]
-        m.d.sync += self.lost_patch.eq(ends & oldest.error)
+        m.d.sync += [self.lost_patch.eq(ends & oldest.error), self.patch.eq(oldest.vertex.patch)]
         with m.If(moves):
             m.d.sync += index.eq(index + 1)
-        m.d.sync += self.number.eq(oldest.vertex.patch)

@@ -109,7 +109,7 @@ class MemorySystem(wiring.Component):
     drained : Out(1)
         All cells have been opened, and all vertices of all patches in them have left.
     fault : Out(PathFormats.fault)
-        The first fault, until it is cleared.
+        The first fault, or a time-out that has come after it, until it is cleared.
     clear : In(1)
         Clears it.
     counters : Out(COUNTERS)
@@ -225,14 +225,14 @@ class MemorySystem(wiring.Component):
             timeout.moves.eq(vertex.valid | self.i_bus.valid | (self.i_reply.valid & self.i_reply.ready)
                              | patches.enters.any() | patches.leaves.any() | cells.leaves.any())]
         self._add_fault(m, (
-            (timeout.expired, PathFault.TIMEOUT, 0),
             *((void, PathFault.RESIDENCE, number) for void, number in voids),
             (geometry.wrong, PathFault.RESIDENCE, geometry.number),
-            (bus.lost_cell | bus.lost_patch, PathFault.BUS, bus.number),
+            (bus.lost_patch, PathFault.BUS, bus.patch), (bus.lost_cell, PathFault.BUS, bus.cell),
             (no_source, PathFault.RESIDENCE, patch.payload.patch),
             (patch_filter.wrong, PathFault.PATCH, patch_filter.number),
             (cell.valid & cell.payload.wrong, PathFault.LIST, cell.payload.cell),
-            (cell_filter.wrong, PathFault.CELL, cell_filter.number)))
+            (cell_filter.wrong, PathFault.CELL, cell_filter.number),
+            (timeout.expired, PathFault.TIMEOUT, 0)))
         m.d.comb += [self.counters.seen.eq(cell_filter.seen), self.counters.opened.eq(cell_filter.passed),
                      self.counters.named.eq(patch_filter.seen), self.counters.found.eq(patch_filter.passed)]
         self._add_counters(m, own=merge.left[0], remote=others.remote,
@@ -336,7 +336,7 @@ class MemorySystem(wiring.Component):
         wiring.connect(m, store.o_stored, merge.i[1])
         wiring.connect(m, store.o_passed, merge.i[2])
         is_old = Signal(init=1)
-        m.d.comb += [lost.i.valid.eq(bus.lost_patch), lost.i.payload.eq(bus.number[:len(lost.i.payload)])]
+        m.d.comb += [lost.i.valid.eq(bus.lost_patch), lost.i.payload.eq(bus.patch)]
         with m.If(store.i_start.valid & store.i_start.ready):
             m.d.sync += is_old.eq(0)
         with m.If(self.i_load_cells.valid | self.i_load_types.valid | self.i_load_geometry.valid):
@@ -352,8 +352,11 @@ class MemorySystem(wiring.Component):
         return void, number
 
     def _add_fault(self, m, causes):
-        """The first fault; of several in one cycle the last of ``causes``: whether, its code and its number."""
-        m.submodules.first_fault = first_fault = FirstFault(layout=self.fault.shape(), count=1)
+        """The first fault, or a time-out; of several in one cycle the last of ``causes``: whether, its code and its
+        number.
+        """
+        m.submodules.first_fault = first_fault = FirstFault(layout=self.fault.shape(), count=1,
+                                                            urgent=PathFault.TIMEOUT.value)
         # Registered: the causes are far from each other. A fault is known before the results of the section are due.
         found = Signal.like(self.fault)
         m.d.sync += found.code.eq(PathFault.NONE)

@@ -68,8 +68,6 @@ class PatchStore(wiring.Component):
         Patches that were not kept. Each request is answered at one of both, or lost.
     lost : Out(2)
         Requests that end without a patch, a bit for each; the fetch has failed. The frame keeps nothing.
-    number : Out(patch_bits)
-        One of these patches.
     hits, misses : Out(32)
         Requests without and with a fetch, since reset.
 
@@ -102,7 +100,7 @@ class PatchStore(wiring.Component):
             "i_start": In(stream.Signature(0)), "i": In(stream.Signature(request)),
             "o_fetch": Out(stream.Signature(request)), "i_fill": In(vertices),
             "i_lost": In(stream.Signature(formats.patch)), "o_stored": Out(vertices), "o_passed": Out(vertices),
-            "lost": Out(2), "number": Out(formats.patch), "hits": Out(32), "misses": Out(32)})
+            "lost": Out(2), "hits": Out(32), "misses": Out(32)})
         # A request in flight, from its lookup until its last vertex has left.
         self._entry = StructLayout({"patch": formats.patch, "frame": range(frames), "is_stored": 1})
         self._number = range(requests)
@@ -264,7 +262,7 @@ class PatchStore(wiring.Component):
             presence.i_write.payload.address.eq(fills.o.payload.frame),
             presence.i_write.payload.data.eq(fills.o.payload.head)]
         with m.If(ends & is_lost & ~entry.is_stored):
-            m.d.sync += [self.lost[0].eq(1), self.number.eq(entry.patch)]
+            m.d.sync += self.lost[0].eq(1)
         return filled, Mux(entry.is_stored, 0, filled)
 
     def _add_answers(self, m, *, entries, vertices, presence, forgets):
@@ -294,5 +292,5 @@ class PatchStore(wiring.Component):
         with m.If(steps.valid & steps.ready):
             m.d.sync += index.eq(index + 1)
         with m.If(answer.valid & head.is_lost & forgets.ready):
-            m.d.sync += [self.lost[1].eq(1), self.number.eq(entry.patch)]
+            m.d.sync += self.lost[1].eq(1)
         return Mux(answer.valid & ends, 1 << answer.payload.tag, 0)

@@ -177,9 +177,10 @@ class PathFormats:
 
     @property
     def bus_reply(self) -> StructLayout:
-        """A beat of a reply. ``error``: the reply is undefined. ``hit``: it was in a cache.
+        """A beat of a reply. ``hit``: it was in a cache. ``data`` is a `cell_beat`, a `patch_head` or a vertex.
 
-        ``data`` is a `cell_beat`, a `patch_head` or a vertex.
+        ``error``, the same in all beats of a reply: that to a cell is one beat without an id, that to a patch has all
+        beats, of which the head names the patch and the vertices are undefined.
         """
         return StructLayout({"cluster": self.cluster, "kind": RequestKind, "last": 1, "error": 1, "hit": 1,
                              "data": max(self.beat_bits, self.listed_bits + 2)})

@@ -13,6 +13,7 @@ CONFIG = PRESETS["tiny"]
 NOTHING, QUIET = (ErrorCode.NONE, 0), {"memory": None, "final": 0, "error": ListError.NONE, "clear": 0}
 LISTED = QUIET | {"final": 1, "error": ListError.PATCH}
 LOST = QUIET | {"memory": (PathFault.BUS, 5)}
+LATE = QUIET | {"memory": (PathFault.TIMEOUT, 0)}
 CLEAR = {"clear": 1}
 # In ``memory``: the memory system finds a fault.
 CYCLES = st.fixed_dictionaries({
@@ -30,12 +31,14 @@ def expected_of(cycles):
         held = memory
         if one["clear"]:
             fault, memory, held = NOTHING, (PathFault.NONE, 0), (PathFault.NONE, 0)
-        if fault == NOTHING:
+        if held[0] is PathFault.TIMEOUT:
+            fault = ErrorCode.PATH_TIMEOUT, held[1]
+        elif fault == NOTHING:
             if held[0] is not PathFault.NONE:
                 fault = (ErrorCode[f"PATH_{held[0].name}"], held[1])
             elif one["final"] and one["error"] is not ListError.NONE:
                 fault = (ErrorCode[f"LIST_{one['error'].name}"], 0)
-        if memory[0] is PathFault.NONE and one["memory"]:
+        if one["memory"] and (memory[0] is PathFault.NONE or one["memory"][0] is PathFault.TIMEOUT):
             memory = one["memory"]
 
 
@@ -45,8 +48,9 @@ def expected_of(cycles):
 @example([LOST, QUIET, LISTED | CLEAR, QUIET])
 @example([LOST, QUIET, QUIET | CLEAR, QUIET])
 @example([LOST | CLEAR, QUIET, QUIET])
+@example([LISTED, LOST, LATE, QUIET, QUIET])
 def test_the_first_fault_stays_until_it_is_cleared(cycles):
-    """And none is lost that comes in the cycle of a clear."""
+    """But for a time-out, which ends in a reset; and none is lost that comes in the cycle of a clear."""
     dut, found, expected = ClusterFaults(config=CONFIG), [], list(expected_of(cycles))
 
     async def bench(ctx):

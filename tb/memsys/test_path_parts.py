@@ -159,37 +159,56 @@ def test_the_interface_requests_parts_and_forwards_replies(requests, listed, ver
     assert came["o_vertex"] == patch(5)
 
 
-@pytest.mark.parametrize("kind", [RequestKind.CELL, RequestKind.PATCH])
-def test_a_lost_reply_is_reported_once_with_its_number(kind):
-    """It has as many entries, or vertices, as a good one; the one behind it is good."""
-    dut, lost = LocalBusInterface(config=CONFIG), []
-    is_cell = kind is RequestKind.CELL
-    given = dut.i_cell if is_cell else dut.i_patch
-    replies = [beat for number, error in ((6, 1), (5, 0)) for beat in (
-        [cell_beat(11, error=error), cell_beat(12, error=error, last=1)] if is_cell else patch_beats(number, error))]
+def lost_of(replies, *, holds=0):
+    """What the interface says to be lost, cycle by cycle, of replies after requests for patches and cells 6, 5 and 9;
+    vertices are not accepted in the first cycles.
+    """
+    dut, lost = LocalBusInterface(config=CONFIG.replace({"memsys.bus_requests": 4})), []
 
     async def bench(ctx):
-        for out in dut.o_request, dut.o_listed, dut.o_vertex:
+        for out in dut.o_request, dut.o_listed:
             ctx.set(out.ready, 1)
-        for number in 6, 5:
-            ctx.set(given.valid, 1)
-            ctx.set(given.payload, number)
-            await ctx.tick().until(given.ready)
-        ctx.set(given.valid, 0)
+        for requests in dut.i_cell, dut.i_patch:
+            for number in 6, 5, 9:
+                ctx.set(requests.valid, 1)
+                ctx.set(requests.payload, number)
+                await ctx.tick().until(requests.ready)
+            ctx.set(requests.valid, 0)
         await ctx.tick().repeat(5)
-        for beat in [*replies, *[None] * 10]:
+        for cycle, beat in enumerate([*replies, *[None] * 12]):
+            ctx.set(dut.o_vertex.ready, cycle >= holds)
             ctx.set(dut.i_reply.valid, beat is not None)
             if beat:
                 ctx.set(dut.i_reply.payload, beat)
             await ctx.tick()
-            lost.extend((name, ctx.get(dut.number)) for name in ("lost_cell", "lost_patch")
-                        if ctx.get(getattr(dut, name)))
+            lost.append({(name, ctx.get(getattr(dut, name))) for name in ("cell", "patch")
+                         if ctx.get(getattr(dut, f"lost_{name}"))})
 
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)
     simulator.add_testbench(bench)
     simulator.run()
-    assert lost == [("lost_cell" if is_cell else "lost_patch", 6)]
+    return [one for one in lost if one]
+
+
+@pytest.mark.parametrize("kind", ["cell", "patch"])
+def test_a_lost_reply_is_reported_once_with_its_number(kind):
+    """It has as many entries, or vertices, as a good one; the one behind it is good."""
+    replies = [beat for number, error in ((6, 1), (5, 0)) for beat in (
+        [cell_beat(11, error=error), cell_beat(12, error=error, last=1)] if kind == "cell"
+        else patch_beats(number, error))]
+    assert lost_of(replies) == [{(kind, 6)}]
+
+
+def test_a_cell_and_a_patch_that_are_lost_together_have_a_number_each():
+    """The patch waits behind a good one, so that it is lost before the cell, with it, and after it."""
+    replies = [*patch_beats(6), *patch_beats(5, error=1), cell_beat(0, is_id=0, last=1, error=1)]
+    found = [lost_of(replies, holds=holds) for holds in range(3, 9)]
+    cell, patch = ("cell", 6), ("patch", 5)
+    assert [{patch}, {cell}] in found
+    assert [{cell, patch}] in found
+    assert [{cell}, {patch}] in found
+    assert all(one in ([{patch}, {cell}], [{cell, patch}], [{cell}, {patch}]) for one in found)
 
 
 def test_no_more_requests_than_reserved_entries():
