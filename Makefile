@@ -11,6 +11,8 @@ LITEX   := build/litex
 
 # Whatever iterates over a set of strings does it in the same order in every run.
 export PYTHONHASHSEED := 0
+# Every simulator and every command that a test starts would compile all that it imports, where the environment says so.
+export PYTHONDONTWRITEBYTECODE :=
 
 # `make sim BLOCK=icu` runs the regressions of one block, its proofs among them; those of no single block are in `formal`.
 BLOCKS  := control ctu formal icu lib memsys noc system
