@@ -2,7 +2,7 @@
 
 import numpy as np
 
-__all__ = ["b_4", "b_5", "c_11", "c_14", "c_41"]
+__all__ = ["b_4", "b_5", "c_11", "c_14", "c_41", "c_91", "c_92"]
 
 
 def c_11(x, y):
@@ -38,3 +38,18 @@ def c_41(r1, r2):
     """From a disc of radius ``r1`` to a parallel, coaxial one of radius ``r2`` at distance 1."""
     s = 1 + (1 + r2 * r2) / (r1 * r1)
     return (s - np.sqrt(s * s - 4 * (r2 / r1) ** 2)) / 2
+
+
+def c_91(r, h):
+    """From the inside of a cylinder of radius ``r`` to a coaxial one of radius 1 within it, both of height ``h``."""
+    a, b = h * h + r * r - 1, h * h - r * r + 1
+    return (1 - (np.arccos(b / a) - (np.sqrt((a + 2)**2 - 4 * r * r) * np.arccos(b / (r * a)) + b * np.arcsin(1 / r)
+                                     - np.pi * a / 2) / (2 * h)) / np.pi) / r
+
+
+def c_92(r, h):
+    """From the inside of a cylinder of radius ``r`` to itself, around one of radius 1, both of height ``h``."""
+    root, square = np.sqrt(4 * r * r + h * h) / h, r * r - 1
+    bent = root * np.arcsin((4 * square + (h / r)**2 * (r * r - 2)) / (h * h + 4 * square))
+    return (1 - 1 / r + 2 / (np.pi * r) * np.arctan(2 * np.sqrt(square) / h)
+            - h / (2 * np.pi * r) * (bent - np.arcsin((r * r - 2) / (r * r)) + np.pi / 2 * (root - 1)))

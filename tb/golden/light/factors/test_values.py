@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.cast.grid import Grid
-from golden.light.closed_forms import c_11, c_14
+from golden.light.closed_forms import c_11, c_14, c_91, c_92
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.rows import FactorRows
 from golden.scene.builtin import builtin_scene
@@ -54,6 +54,30 @@ def test_a_plate_between_plates_within_the_error():
         result = view_factors(plates(), error=5e-3, seed=seed)
         assert result.F[0, 1] == pytest.approx(visible_factor(), rel=0, abs=5e-3)
         assert result.closure <= 1e-12
+
+
+UP = np.array((0, 0, 4.0))
+
+
+def prisms(sides):
+    """Two coaxial prisms around cylinders of radius 1 and 2 with as much area, of height 4, which see each other."""
+    angle = 2 * np.pi * np.arange(sides + 1) / sides
+    rim = np.pi / sides / np.sin(np.pi / sides) * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    faces = np.stack([rim[:-1], rim[1:], rim[1:] + UP, rim[:-1] + UP], axis=1)
+    return scene_of((np.concatenate([faces, (faces * (2, 2, 1))[:, ::-1]]), BLACK))
+
+
+def test_prisms_approach_cylinders_with_the_square_of_their_sides():
+    """What is off at a small error is the polygon: extrapolated to endless sides, the factors are the cylinders'."""
+    off = []
+    for sides in (12, 24):
+        result = view_factors(prisms(sides), error=1e-3)
+        outer = result.F.toarray()[sides:]
+        off.append(np.array([outer[:, :sides].sum(axis=1).mean() - c_91(2, 4),
+                             outer[:, sides:].sum(axis=1).mean() - c_92(2, 4)]))
+    # What 12 sides see of each other is too much by more than ten times what is left after extrapolation.
+    assert off[0][1] > 4e-3
+    np.testing.assert_allclose((4 * off[1] - off[0]) / 3, 0, rtol=0, atol=4e-4)
 
 
 @pytest.mark.nightly
