@@ -45,7 +45,7 @@ class TestLoadControl(Bench):
 
     def drawn(self, config, seed):
         draw, loads, commands, overs = random.Random(seed), [], [], []
-        for number in range(40):
+        for number in range(14):
             image = 64 * draw.getrandbits(config.memory.address_bits - 8)
             wrong = draw.choice((1, 32, 1 << config.memory.address_bits, 1 << 63)) if number % 7 == 3 else 0
             regions, copies = draw.choice((ALL, ALL & ~OWN, OWN, draw.getrandbits(len(REGIONS)))), draw.randrange(2)

@@ -24,8 +24,7 @@ def run(folder, files, *options, **environment):
     return done.returncode, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("options", [(), ("-n", "1")], ids=["one process", "workers"])
-@pytest.mark.parametrize("skips", [True, False])
+@pytest.mark.parametrize(("skips", "options"), [(False, ()), (True, ()), (True, ("-n", "1"))], ids=str)
 def test_a_run_with_a_skipped_test_fails(tmp_path, options, skips):
     code, said = run(tmp_path, {
         "test_it.py": f"import pytest\n\n\n@pytest.mark.skipif({skips}, reason='not here')\n{PASSES}"}, *options)
@@ -42,7 +41,8 @@ def without_icarus(tmp_path):
     return str(folder)
 
 
-@pytest.mark.parametrize("options", [(), ("-n", "2")], ids=["one process", "workers"])
+@pytest.mark.parametrize("options", [
+    (), pytest.param(("-n", "2"), marks=pytest.mark.nightly)], ids=["one process", "workers"])
 def test_cases_for_icarus_are_left_out_and_counted_where_it_is_missing(tmp_path, without_icarus, options):
     code, said = run(tmp_path, {"tb/a/test_it.py": ICARUS, "tb/b/test_it.py": PASSES}, *options, PATH=without_icarus,
                      ICARUS="")

@@ -118,7 +118,7 @@ def replay(component, scripts: list[dict], *, simulator: str, name: str) -> None
     path.write_text(json.dumps([{part: [hex(word) for word in words] if isinstance(words, list) else hex(words)
                                  for part, words in one.items()} for one in scripts]))
     simulate(Words(component), "tb.noc.replay", ("as_the_model_says",), simulator=simulator,
-             name=f"{name}-{simulator}", script=str(path))
+             name=f"{name}-{simulator}", visible=("clk", "rst", "i", "o"), script=str(path))
 
 
 @cocotb.test()

@@ -1,12 +1,16 @@
 """Fixtures of the tests of exported cores."""
 
 import dataclasses
+import functools
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from golden.config import PRESETS
 from hw.package.core_files import write_core
+from hw.package.manifest import manifest
 from hw.package.tops import TOPS
 from tb.package.exported_engine import CONFIG
 
@@ -20,6 +24,18 @@ def without_verilog(monkeypatch):
 def _omit_verilog(patch):
     patch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
     patch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
+
+
+@pytest.fixture(scope="session")
+def facts_of() -> Callable[[str], dict]:
+    """From a top to its manifest without Verilog and latencies, made once."""
+    @functools.cache
+    def facts(top):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
+            return manifest(top, f"radiosity_{top}", config=PRESETS["tiny"], preset="tiny", text="")
+
+    return facts
 
 
 @pytest.fixture(scope="session")

@@ -3,13 +3,17 @@
 import os
 import subprocess
 
+import pytest
+
 from golden.config import PRESETS
 from hw.simulator.verilator import verilator_package
 
-__all__ = ["CONFIG", "NAME", "WIDE", "make"]
+__all__ = ["CONFIG", "MANIFESTS", "NAME", "WIDE", "make"]
 
 NAME = "radiosity_engine"
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
+# Tests of the fixture ``facts_of`` run in one process.
+MANIFESTS = pytest.mark.xdist_group("manifests")
 WIDE = CONFIG.replace({"memory.data_bits": 256, "memory.address_bits": 32, "memory.outstanding": 1})
 
 

@@ -84,21 +84,13 @@ def test_all_constraints_are_a_clock_of_100_mhz(router):
     assert re.findall(r"the clock, (\S+) MHz", files["README.md"]) == ["100"]
 
 
-@pytest.mark.parametrize("top", ["ctu", "icu"])
-def test_fields_of_a_port_follow_each_other(top, monkeypatch):
-    monkeypatch.setitem(TOPS, top, dataclasses.replace(TOPS[top], text=lambda *_: ""))
-    facts = json.loads(core_files(top, config=PRESETS["tiny"], preset="tiny")[f"radiosity_{top}.json"])
-    ports = {port["name"]: port for port in facts["ports"]}
-    assert any(field["name"].count(".") > 1 for field in ports["i_frustum_payload"]["fields"])
-    for port in facts["ports"]:
-        end = 0
-        for field in port.get("fields", ()):
-            assert field["low"] == end, (port["name"], field)
-            end += field["width"]
-        assert end in (0, port["width"])
+@pytest.fixture
+def without_job(monkeypatch):
+    """Engines get no sample, whose making takes longest."""
+    monkeypatch.setattr("hw.package.software.software_files.sample_job", lambda *_, **__: {})
 
 
-def test_an_engine_has_its_registers_in_system_rdl_and_counters_where_the_driver_reads_them(monkeypatch):
+def test_an_engine_has_its_registers_in_system_rdl_and_counters_where_the_driver_reads_them(monkeypatch, without_job):
     monkeypatch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
     monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
     config, read = PRESETS["tiny"].replace({"noc.columns": 3, "noc.rows": 1}), []
@@ -121,12 +113,6 @@ def test_latencies_are_those_of_the_units_that_a_core_has(router):
     facts = json.loads(router[1]["radiosity_router.json"])
     assert facts["latencies"] == {
         "noc.InputQueue": 1, "noc.OutputPort": 2, "noc.Router": PRESETS["small"].noc.router_cycles + 1}
-    small, thesis = (unit_latencies(TOPS["cluster"].make(PRESETS[preset])) for preset in ("small", "thesis"))
-    assert small["icu.PatchSetup"] > small["icu.Screening"] > 0
-    assert ("memsys.PatchStore" in small, "ctu.RayMemory" in small) == (True, False)
-    assert "memsys.MainMemoryPort" not in small
-    assert thesis["ctu.RayMemory"] > 0
-    assert "memsys.PatchStore" not in thesis
 
 
 def test_the_router_is_that_of_a_node_with_most_links():
@@ -140,6 +126,8 @@ def test_latencies_of_black_boxes_are_listed():
     config = PRESETS["tiny"]
     found = unit_latencies(*(make(config) for make in (TOPS["engine"].make, *TOPS["engine"].parts)))
     assert {"memsys.MainMemoryPort", "control.JobControl", "icu.PatchSetup", "ctu.Survival"} <= set(found)
+    assert found["icu.PatchSetup"] > found["icu.Screening"] > 0
+    assert "ctu.RayMemory" not in found
 
 
 def lint(folder, top):
@@ -185,11 +173,11 @@ def test_bad_requests_are_one_line(arguments, said):
 
 def test_components_that_are_only_inspected_leave_no_warning(monkeypatch):
     """Ports of a core are those of a component that is never elaborated."""
-    monkeypatch.setitem(TOPS, "ctu", dataclasses.replace(TOPS["ctu"], text=lambda config, name: ""))
+    monkeypatch.setitem(TOPS, "router", dataclasses.replace(TOPS["router"], text=lambda config, name: ""))
     gc.collect()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        core_files("ctu", config=PRESETS["tiny"], preset="tiny")
+        core_files("router", config=PRESETS["tiny"], preset="tiny")
         gc.collect()
     assert not caught
 
@@ -281,7 +269,7 @@ def test_the_page_names_every_waiver():
     assert set(WAIVERS | CROSSING_WAIVERS) <= set(re.findall(r"`([A-Z]+)`", page))
 
 
-def test_each_bus_with_a_clock_of_its_own_has_it_in_all_files(monkeypatch):
+def test_each_bus_with_a_clock_of_its_own_has_it_in_all_files(monkeypatch, without_job):
     monkeypatch.setitem(TOPS, "async_engine", dataclasses.replace(TOPS["async_engine"], text=lambda *_: ""))
     monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
     files = core_files("async_engine", config=PRESETS["tiny"], preset="tiny")

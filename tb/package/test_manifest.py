@@ -8,19 +8,20 @@ from golden.config import PRESETS
 from golden.jobs.core_manifest import read_manifest
 from golden.jobs.load_regions import region_bits
 from golden.memory_map import REGIONS
-from hw.package.manifest import manifest
 from hw.package.tops import TOPS
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ABOUT, ErrorCode
 from hw.registers.register import addresses
 from tb.golden.jobs.manifests import write_manifest
+from tb.package.exported_engine import MANIFESTS
 
 
-@pytest.fixture(scope="module")
-def facts():
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
-        return manifest("engine", "radiosity_engine", config=PRESETS["tiny"], preset="tiny", text="")
+pytestmark = MANIFESTS
+
+
+@pytest.fixture
+def facts(facts_of):
+    return facts_of("engine")
 
 
 def test_registers_have_their_fields_and_reset_values(facts):
@@ -58,10 +59,22 @@ def test_formats_are_those_that_the_machine_reports(facts):
 
 
 @pytest.mark.parametrize("top", sorted(name for name, top in TOPS.items() if not top.is_engine))
-def test_units_have_no_registers(top, monkeypatch):
-    monkeypatch.setattr("hw.package.manifest.unit_latencies", lambda *_: {})
-    found = manifest(top, f"radiosity_{top}", config=PRESETS["tiny"], preset="tiny", text="")
-    assert not {"registers", "errors", "regions", "formats"} & set(found)
+def test_units_have_no_registers(top, facts_of):
+    assert not {"registers", "errors", "regions", "formats"} & set(facts_of(top))
+
+
+@pytest.mark.parametrize("top", TOPS)
+def test_fields_of_a_port_follow_each_other(top, facts_of):
+    ports = facts_of(top)["ports"]
+    for port in ports:
+        end = 0
+        for field in port.get("fields", ()):
+            assert field["low"] == end, (port["name"], field)
+            end += field["width"]
+        assert end in (0, port["width"])
+    if top in ("ctu", "icu"):
+        frustum, = (port for port in ports if port["name"] == "i_frustum_payload")
+        assert any(field["name"].count(".") > 1 for field in frustum["fields"])
 
 
 def test_jobs_read_it(facts, tmp_path):

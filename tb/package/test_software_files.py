@@ -31,8 +31,10 @@ def pin(port):
 
 
 @pytest.mark.parametrize("config", [CONFIG, WIDE], ids=["64 bits", "256 bits"])
-def test_the_simulation_compiles_without_a_warning(config, without_verilog, tmp_path):
-    """With the ports of the manifest as Verilator declares them."""
+def test_the_simulation_compiles_without_a_warning(config, exported, without_verilog, monkeypatch, tmp_path):
+    """With the ports of the manifest as Verilator declares them, and the job of `exported`."""
+    job = {path.name: path.read_bytes() for path in (exported / "job").iterdir()}
+    monkeypatch.setattr("hw.package.software.software_files.sample_job", lambda *_, **__: job)
     write_core("engine", config=config, preset="tiny", folder=tmp_path)
     ports = manifest("engine", NAME, config=config, preset="tiny", text="")["ports"]
     (tmp_path / f"V{NAME}.h").write_text(

@@ -43,6 +43,7 @@ def test_a_block_ram_serves_two_readers_and_who_fills_it(tmp_path):
 def test_the_reset_between_registers_is_that_of_the_chip(tmp_path):
     """It takes none of the registers' own pins, where it would count as a wire."""
     netlist = json.loads(synthesise_between_registers(SkidBuffer(WIDTH), tmp_path).read_text())
+    assert netlist["modules"]["top"]["settings"] == flow._ROUTER2
     cells, ports = netlist["modules"]["top"]["cells"].values(), netlist["modules"]["top"]["ports"]
     registers = [cell["connections"] for cell in cells if cell["type"] == "TRELLIS_FF"]
     assert len(registers) > 4 * WIDTH
@@ -80,6 +81,7 @@ def used_settings(netlist):
     return json.loads(routed.read_text())["modules"]["top"]["settings"]
 
 
+@pytest.mark.nightly
 def test_settings_reach_the_router(placed):
     """In the routed design are those that were used, and all that came."""
     settings = json.loads(placed[0].read_text())["modules"]["top"]["settings"]
@@ -108,6 +110,7 @@ def is_of_the_same_routes(netlist, clock):
     return "Routing 0 arcs." in log and 1.15 * clock.mhz < clock.mhz_grade_8 < 1.5 * clock.mhz
 
 
+@pytest.mark.nightly
 def test_the_clock_of_grade_8_is_of_the_same_routes(placed):
     assert is_of_the_same_routes(*placed)
 
