@@ -197,7 +197,7 @@ class Writer:
         assert max(self.memory) < RING + SIZE * entries
 
 
-@pytest.fixture(scope="module", params=[64, 512])
+@pytest.fixture(scope="module", params=[64, pytest.param(512, marks=pytest.mark.sim)])
 def writer(request):
     return Writer(request.param)
 

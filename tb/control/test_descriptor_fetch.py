@@ -74,7 +74,7 @@ class Fetch:
         return found
 
 
-@pytest.fixture(scope="module", params=[64, 512])
+@pytest.fixture(scope="module", params=[64, pytest.param(512, marks=pytest.mark.sim)])
 def fetch(request):
     return Fetch(request.param)
 

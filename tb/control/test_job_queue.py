@@ -245,7 +245,7 @@ class Machine:
             self.records.append(ring[len(self.records) % (1 << BITS)].copy())
 
 
-@pytest.fixture(scope="module", params=[1, 3])
+@pytest.fixture(scope="module", params=[pytest.param(1, marks=pytest.mark.sim), 3])
 def machine(request):
     return Machine(request.param)
 

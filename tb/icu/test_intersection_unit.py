@@ -491,7 +491,8 @@ def test_tiles_of_a_section_are_rounded_up_to_a_power_of_two():
 def test_a_frustum_is_accepted_as_soon_as_documented():
     """Where nothing is in flight, and the rows that it uses have been swept."""
     documented = int(re.search(r"accepted ``(\d+)`` cycles after it is offered", IntersectionUnit.__doc__)[1])
-    bench = ScheduleBench(IntersectionUnit(config=config_of(SMALL)), ["i_frustum"], [])
-    bench.run(Schedule(items={"i_frustum": [(SMALL["icu.rays"] + 20, {
+    few = {**SMALL, "icu.rays": 256}
+    bench = ScheduleBench(IntersectionUnit(config=config_of(few)), ["i_frustum"], [])
+    bench.run(Schedule(items={"i_frustum": [(few["icu.rays"] + 20, {
         "section": {"end_column": 8, "end_row": 8}, "tiles_across": 2})]}))
     assert bench.cycles["i_frustum"][0] - bench.trace.offered["i_frustum"][0] == documented

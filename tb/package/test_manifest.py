@@ -15,7 +15,6 @@ from hw.registers.register import addresses
 from tb.golden.jobs.manifests import write_manifest
 from tb.package.exported_engine import MANIFESTS
 
-
 pytestmark = MANIFESTS
 
 

@@ -181,7 +181,7 @@ def met(one, writes, reads):
 def test_overlapping_accesses(bench):
     (name, simulation), coverage = bench, Coverage(CASES)
 
-    @settings(SETTINGS, max_examples=100)
+    @settings(SETTINGS, max_examples=60)
     @given(accesses(*TABLES[name]))
     def run(one):
         for case in met(one, *check(simulation, name, one)):

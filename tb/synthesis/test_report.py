@@ -32,6 +32,7 @@ def calls(monkeypatch):
 
     def synthesised_alone(component, folder, *, family):
         Fragment.get(component, None)
+        folder.mkdir(parents=True, exist_ok=True)
         return Area(lut=120, ff=67, dsp=2, bram=1, folded=89)
 
     def placed(netlist, *, seed, options, routability_driven):

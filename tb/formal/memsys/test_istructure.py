@@ -281,7 +281,8 @@ test_one_location = declare(
     controls={f"{access} does not notice {to}": Control(breaks, access=access, to=to, nightly=(access, to) not in FIRST)
               for (access, to), breaks in PAIRS.items()})
 test_with_the_store = declare(
-    make, cycles=16, engine="abc bmc3", covers_nightly=True, claims=[Claim(), Claim(depth=4, deferred=4, cycles=19, slow=True)],
+    make, cycles=16, engine="abc bmc3", covers_nightly=True,
+    claims=[Claim(), Claim(depth=4, deferred=4, cycles=19, slow=True)],
     controls={
         "answers before the write": Control(
             "early", {"o_read__valid": lambda dut: dut.o_read.valid | (dut.waiting == 2)}),

@@ -121,7 +121,8 @@ def of_counts(lines=2, count_bits=2, alter=lambda hit, line: (hit, line)):
 
 
 test_sets = declare(
-    of_sets, cycles=18, engine="abc bmc3", covers_nightly=True, claims=[Claim(direct=direct, slow=True) for direct in (0, 1)],
+    of_sets, cycles=18, engine="abc bmc3", covers_nightly=True,
+    claims=[Claim(direct=direct, slow=True) for direct in (0, 1)],
     controls={
         "does not see the request in front": Control("hit", kind=with_parts(SetPlacement, UpdateMemory=Blind)),
         "least recently used instead of direct": Control("line", direct=0, taken_for=1),
