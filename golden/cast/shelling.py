@@ -67,7 +67,7 @@ class ShellingCounts:
 
     @property
     def edrc(self) -> float:
-        """Tests per patch found: the effective degree of ray coherence."""
+        """Tests per patch found: the estimated degree of ray coherence."""
         return self.tests / max(1, self.patches)
 
     def __add__(self, other: "ShellingCounts") -> "ShellingCounts":

@@ -44,8 +44,9 @@ class Memsys:
         Requests for patches that the store may have in flight, and so readers that it can defer; a power of two, 2 to
         64. Hardware only.
     resident_set
-        What a resident set holds: ``found``, the patches that the low-density casting found; or ``filled``, other
-        patches too up to its capacity.
+        What a resident set holds where there are subshell lists (``ctu.subshell_bits`` above 0): ``found``, the patches
+        that the low-density casting found; or ``filled``, other patches too up to its capacity. Elsewhere it has no
+        effect: a set holds all patches, or a share of them dealt in turn.
     filter_generation_bits
         Bits of the generation tags that empty the filters in one cycle; after 2^b - 1 frusta they are cleared word by
         word; 1 to 8. Hardware only.

@@ -58,9 +58,9 @@ def spread_of(edrc: dict, scene: str) -> dict[str, float]:
 
 
 def grade(simulated: float, thesis: float) -> str:
-    """What has become of a ratio: within 15 % and not on the other side of 1; on the same side; or neither."""
+    """What has become of a ratio: within 15 % and on the thesis' side of 1, if it is on one; on its side; or not."""
     side, expected = (0 if abs(ratio - 1) <= _SAME else 1 if ratio > 1 else -1 for ratio in (simulated, thesis))
-    if abs(simulated / thesis - 1) <= _BAND and side * expected >= 0:
+    if abs(simulated / thesis - 1) <= _BAND and (side == expected or expected == 0):
         return "reproduced"
     return "same shape" if side == expected else "not reproduced"
 

@@ -9,7 +9,8 @@ pytestmark = pytest.mark.xdist_group("machines")
 
 @pytest.mark.parametrize(("simulated", "thesis", "expected"), [
     (1.5, 1.67, "reproduced"), (1.2, 1.67, "same shape"), (0.95, 1.67, "not reproduced"),
-    (1.01, 1.67, "not reproduced"), (0.94, 1.1, "not reproduced"), (1.13, 1.01, "reproduced"),
+    (1.01, 1.67, "not reproduced"), (0.99, 1.1, "not reproduced"), (1.0, 1.01, "reproduced"),
+    (0.94, 1.1, "not reproduced"), (1.13, 1.01, "reproduced"),
     (0.6, 0.77, "same shape"), (1.3, 0.77, "not reproduced")])
 def test_grades(simulated, thesis, expected):
     assert grade(simulated, thesis) == expected
