@@ -61,7 +61,6 @@ ELSEWHERE = {
                    '"tb.docs"')],
     "tb.board.picture": [("tb/board/test_decoder.py", "test_picture", "main")],
     "tb.runs": [("tb/runs/test_nightly.py", "ran", "run_shards(")],
-    "tb.mutation": [("tb/mutation/test_mutants.py", "test_mutants_survive_without_checks", "")],
     "tb.system.ray_campaign": [("tb/system/test_ray_campaign.py", "test_no_ray_differs", "cast_campaign(")],
     "-m tb.lib.cpu_times": [("tb/lib/test_cpu_times.py", "test_tenths_share_out_all_seconds_from_the_largest_folder_on",
                              "tenths(")],

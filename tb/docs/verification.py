@@ -23,7 +23,6 @@ from tb.formal import declare
 __all__ = ["collected", "main", "proofs", "report", "report_of"]
 
 ROOT = Path(__file__).parents[2]
-MUTANTS = ROOT / "out" / "bench" / "mutation.md"
 KINDS = ("commit", "sim", "nightly")
 FORMAL = "tb/formal"
 # By the first word of a declared test: the report's title.
@@ -87,7 +86,7 @@ def report_of(items: list[pytest.Function]) -> str:
         "What holds for all inputs; what must be reachable, so that no claim is vacuous; and the faults for "
         "each of which a proof must fail.", "",
         *proofs([item for item in items if _path(item).startswith(FORMAL)]), "## Functional coverage", "",
-        "A testbench fails if one of its cases never occurs.", "", *_cases(), "", "## Mutants", "", *_mutants(), ""])
+        "A testbench fails if one of its cases never occurs.", "", *_cases(), ""])
 
 
 def _tests(items) -> list[str]:
@@ -168,12 +167,6 @@ def _strings(node, constants) -> list[str]:
         return _strings(node.value, constants)
     parts = node.keys if isinstance(node, ast.Dict) else getattr(node, "elts", [])
     return [name for part in parts if part is not None for name in _strings(part, constants)]
-
-
-def _mutants() -> list[str]:
-    if not MUTANTS.exists():
-        return ["Not run where this page was made: `python -m tb.mutation BLOCK`."]
-    return re.sub(r"^#+ .*\n", "", MUTANTS.read_text(), flags=re.MULTILINE).splitlines()
 
 
 def _path(item):

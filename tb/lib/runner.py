@@ -12,7 +12,6 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -31,10 +30,8 @@ __all__ = [
     "IN_A_COMMIT",
     "SIMULATORS",
     "SLOW_IN_ICARUS",
-    "Run",
     "Simulation",
     "options",
-    "recorded",
     "simulate",
     "tools",
 ]
@@ -144,9 +141,6 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
     with named_states():
         text = component if isinstance(component, str) else verilog_of(component, "top")
     tests = tuple(tests) or _coroutines(module)
-    if _recorded is not None:
-        _recorded.append(Run(text, module, tests, given))
-        return
     name = name or _running_test()
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
     simulation = Simulation(text, simulator, visible=visible, waves=waves)
@@ -166,31 +160,6 @@ def replay_command() -> str:
     test = os.environ["PYTEST_CURRENT_TEST"].rpartition(" ")[0]
     # Without the group that pytest-xdist appends.
     return (f"SEED={SEED} " if IS_DRAWN else "") + f"pytest {shlex.quote(re.sub(r'@[^]@]*$', '', test))}"
-
-
-@dataclass(frozen=True)
-class Run:
-    """Verilog of a component and the coroutines that test it: the arguments of `simulate`."""
-
-    text: str
-    module: str
-    tests: tuple[str, ...]
-    given: dict
-
-
-# Runs that are not simulated, in a context of `recorded`.
-_recorded: list[Run] | None = None
-
-
-@contextlib.contextmanager
-def recorded() -> Iterator[list[Run]]:
-    """A context in which `simulate` only records its runs."""
-    global _recorded
-    _recorded = []
-    try:
-        yield _recorded
-    finally:
-        _recorded = None
 
 
 def _coroutines(module):
@@ -225,17 +194,13 @@ class Simulation:
         self._folder.parent.mkdir(parents=True, exist_ok=True)
 
     def run(self, module: str, tests: tuple[str, ...], name: str, seed: int, given: dict, *,
-            plusargs: tuple[str, ...] = (), failures: int = 0, explains: bool = False) -> list[str]:
+            explains: bool = False) -> list[str]:
         """The names of all tests if one failed; nothing if all passed.
 
         Parameters
         ----------
         module, tests, name, given
             See `simulate`.
-        plusargs
-            Arguments of the simulator.
-        failures
-            The run ends after this many; 0: all tests run.
         explains
             Failed assertions print their values. The preparation takes longer than most runs.
         """
@@ -244,7 +209,7 @@ class Simulation:
         results.mkdir(parents=True)
         environment = {
             "BENCH_OPTIONS": json.dumps(given), "BENCH_SEED": str(seed), "COCOTB_RANDOM_SEED": str(seed),
-            "COCOTB_MAX_FAILURES": str(failures), "COCOTB_REWRITE_ASSERTION_FILES": "tb/*.py" if explains else "",
+            "COCOTB_REWRITE_ASSERTION_FILES": "tb/*.py" if explains else "",
             "PYTHONPATH": os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])}
         if self._waves:
             write_bench_view(self._text, results / f"dump.{_waves_format()}")
@@ -253,7 +218,7 @@ class Simulation:
             runner.test(
                 hdl_toplevel="top", hdl_toplevel_lang="verilog", test_module=module, testcase=list(tests),
                 build_dir=self._folder, test_dir=results, results_xml=str(results / "results.xml"),
-                extra_env=environment, waves=self._waves, plusargs=list(plusargs), log_file=results / "log.txt")
+                extra_env=environment, waves=self._waves, log_file=results / "log.txt")
         report = results / "results.xml"
         ran, wrong = get_results(report) if report.exists() else (0, 0)
         if wrong or ran != len(tests):
