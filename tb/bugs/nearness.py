@@ -12,7 +12,7 @@ _MOST = 6
 # Folders of tests that compare pages, or the wording of the sources.
 _WORDING = ("tb/docs/", "tb/sources/")
 # What reads sources, and a digest that somebody has recorded.
-_READS = re.compile(r"\b(source_trees\(|getsource|ast\.parse)|['\"][0-9a-f]{32,}['\"]")
+_READS = re.compile(r"\b(source_texts\(|getsource|ast\.parse)|['\"][0-9a-f]{32,}['\"]")
 _TEST = re.compile(r"^def (test_\w+)\(.*?(?=^\S(?!\s*$)|\Z)", re.MULTILINE | re.DOTALL)
 # Of a target of the Makefile.
 _MARKS = r'^{}:.*\n(?:\t.*\n)*?\t.*(?:pytest|PYTEST).* -m "([^"]*)"'

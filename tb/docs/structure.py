@@ -107,7 +107,7 @@ def component_classes() -> dict[str, type]:
     return found
 
 
-def structures(makers: Iterable, *, whole: bool = True,
+def structures(makers: Iterable, *, whole: bool = True, has_links: bool = True,
                stands_for: Mapping[type, type] = MappingProxyType({})) -> dict[type, Structure]:
     """Look at components.
 
@@ -117,6 +117,8 @@ def structures(makers: Iterable, *, whole: bool = True,
         Functions that make a component each.
     whole
         Look at what they are made of too, one component of each class.
+    has_links
+        Look at what goes from one to another, which takes most of the time.
     stands_for
         Classes of submodules that are there instead of others.
 
@@ -133,7 +135,7 @@ def structures(makers: Iterable, *, whole: bool = True,
                 component = waiting.pop(0)
                 if type(component) in found:
                     continue
-                children, found[type(component)] = _look_at(component, elaborate, stands_for)
+                children, found[type(component)] = _look_at(component, elaborate, stands_for, has_links)
                 if whole:
                     waiting += children
         waiting = children = component = None
@@ -170,7 +172,7 @@ def _shallow():
     looked_at[0] = None
 
 
-def _look_at(component, elaborate, stands_for):
+def _look_at(component, elaborate, stands_for, has_links):
     """Components of its submodules, and its structure."""
     fragment = elaborate(component)
     blocks, stores, parts = [], [], {SELF: component}
@@ -181,7 +183,7 @@ def _look_at(component, elaborate, stands_for):
             elif isinstance(origin, wiring.Component):
                 blocks.append(Block(name, stands_for.get(type(origin), type(origin))))
                 parts[name] = origin
-    links = tuple(sorted(_links(fragment, parts), key=lambda one: (
+    links = tuple(sorted(_links(fragment, parts) if has_links else (), key=lambda one: (
         list(parts).index(one.source), list(parts).index(one.sink), one.kind, one.source_port, one.sink_port)))
     return [part for name, part in parts.items() if name != SELF], Structure(
         type(component), getattr(component, "latency", None), tuple(_ports(component)), tuple(blocks),

@@ -5,11 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from golden.config import PRESETS
-from hw.cluster import Cluster
-from hw.engine import Engine
-from hw.lib.black_box import BlackBox
-from tb.docs.structure import structures
+from tb.docs.tiny_structures import tiny_structures
+
+# Looks at what tb/docs/test_structure.py looks at.
+pytestmark = pytest.mark.xdist_group("structures")
 
 PAGE = Path(__file__).parents[2] / "docs" / "architecture.md"
 
@@ -22,14 +21,12 @@ def tables(text):
     return found
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def blocks():
     """Of each component its submodules that are not of the library, those of several of a kind by the first one."""
-    config = PRESETS["tiny"]
-    found = structures([lambda: Engine(config=config, black_boxes=True), lambda: Cluster(config=config)],
-                       stands_for={BlackBox: Cluster})
     return {cls.__name__: {(block.name, block.cls.__name__) for block in structure.blocks
-                           if not block.cls.__module__.startswith("hw.lib")} for cls, structure in found.items()}
+                           if not block.cls.__module__.startswith("hw.lib")}
+            for cls, structure in tiny_structures().items()}
 
 
 def test_blocks_of_the_page_are_in_the_code(blocks):

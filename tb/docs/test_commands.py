@@ -23,7 +23,7 @@ import radiosity.cli
 import tb.bugs.command
 from golden.config import PRESETS
 from hw.board.board_shell import BoardShell
-from hw.history import Commit, last_records, read_history
+from hw.history import Commit
 from hw.report import UNITS, Row
 from hw.synthesis.family import Area
 from hw.synthesis.flow import Clock
@@ -39,7 +39,7 @@ FOREIGN = ("source", "git", "apt-get", "openFPGALoader", "stty")
 # What takes longer than a commit's tests may: a simulator's build, place and route, images, simulated machines, of
 # which tb/radiosity has smaller ones; or reads what this writes.
 SLOW = re.compile(r"--method machine|--manifest|radiosity (render|formfactors (?!furnace)|verilog|board|report|machine)"
-                  r"|-m hw (report|verilog|board)")
+                  r"|-m hw (report(?! icu .*--unit Screening --no-route)|verilog|board)")
 # Benchmarks: the nightly runs each once and compares the tables of all pages.
 BENCHMARK = re.compile(r"radiosity bench \w")
 # Place and route of whole blocks and of the board, which take hours: they run here without the tools of synthesis.
@@ -274,10 +274,14 @@ def no_tools(monkeypatch):
         gc.collect()
 
 
-# Reports on all units of a block elaborate each of them, as other tests of a commit do.
+LONG = [one for one in COMMANDS if is_run(one) and WITHOUT_TOOLS.pattern in elsewhere(one)]
+# Of a commit one of each command: they elaborate units and a board, as other tests of a commit do.
+SHORT = {words[3 if words[0] == "python" else 1]: words for words in (one.words for one in LONG)
+         if {"--unit", "board"} & {*words}}
+
+
 @pytest.mark.parametrize("command", [
-    pytest.param(one, marks=[] if {"--unit", "cluster", "board"} & {*one.words} else pytest.mark.nightly, id=str(one))
-    for one in COMMANDS if is_run(one) and WITHOUT_TOOLS.pattern in elsewhere(one)])
+    pytest.param(one, marks=[] if one.words in SHORT.values() else pytest.mark.nightly, id=str(one)) for one in LONG])
 def test_long_commands_run_without_the_tools_of_synthesis(command, no_tools, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run(command, tmp_path)
@@ -357,15 +361,6 @@ def test_figures_of_prints_stand_on_their_page():
         for command in commands:
             for number in set(re.findall(r"\d+(?:\.\d+)?", " ".join(command.prints))) - {"0"}:
                 assert re.search(rf"(?<![\d.]){re.escape(number)}(?![\d]|\.\d)", shown), f"{command}: {number}"
-
-
-def test_the_readme_quotes_the_recorded_area():
-    quotes = re.findall(r"<!-- history: (\S+) (\d+) (\d+) -->", (ROOT / "README.md").read_text())
-    assert quotes
-    recorded = {key[-1]: record for key, record in last_records(read_history()).items()
-                if key[:3] == ("ecp5", "small", "")}
-    for unit, *figures in quotes:
-        assert [int(figure) for figure in figures] == [recorded[unit].lut, recorded[unit].dsp]
 
 
 @pytest.mark.parametrize(("text", "expected"), [

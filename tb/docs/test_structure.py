@@ -1,17 +1,19 @@
+from functools import partial
+
 import pytest
 from amaranth.hdl import Module, ResetSignal
 from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PRESETS
 from hw.cluster import Cluster
 from hw.engine import Engine
-from hw.lib.black_box import BlackBox
 from hw.lib.skid_buffer import SkidBuffer
 from tb.docs.structure import SELF, Block, Link, Store, structures
+from tb.docs.tiny_structures import tiny_structures
 
-CONFIG = PRESETS["tiny"]
+# Looks at what tb/docs/test_architecture.py looks at.
+pytestmark = pytest.mark.xdist_group("structures")
 
 
 class Toy(wiring.Component):
@@ -39,17 +41,20 @@ class Toy(wiring.Component):
         return m
 
 
-def edges(component_class, make, **arguments):
-    found = structures([make], whole=False, **arguments)[component_class]
-    return {(link.source, link.sink) for link in found.links if link.kind != "signal"}
+# Of each way the streams that there are beside the two of all.
+WAYS = {"changed": {("first", "second")}, "in reset": {("first", "second")},
+        "offered": {("first", "second"), (SELF, "second")}, "accepted": set(), "none": set()}
 
 
-@pytest.mark.parametrize(("way", "more"), [
-    ("changed", {("first", "second")}), ("in reset", {("first", "second")}),
-    ("offered", {("first", "second"), (SELF, "second")}), ("accepted", set()),
-    ("none", set())])
-def test_streams_connect_where_items_or_offers_flow(way, more):
-    assert edges(Toy, lambda: Toy(way=way)) == {(SELF, "first"), ("second", SELF)} | more
+def edges(structure):
+    return {(link.source, link.sink) for link in structure.links if link.kind != "signal"}
+
+
+def test_streams_connect_where_items_or_offers_flow():
+    toys = {way: type(way, (Toy,), {}) for way in WAYS}
+    found = structures([partial(toys[way], way=way) for way in WAYS], whole=False)
+    assert {way: edges(found[toy]) for way, toy in toys.items()} == {
+        way: {(SELF, "first"), ("second", SELF)} | more for way, more in WAYS.items()}
 
 
 def test_ports_blocks_and_memories():
@@ -66,12 +71,12 @@ def test_streams_of_the_cluster():
             ("intersection", "traversal"), ("traversal", "intersection"), ("tables", "memory"), ("load", "entries"),
             ("entries", "intersection"), (SELF, "slot"), ("slot", "control"), ("control", "traversal"),
             ("control", "results"), ("results", "writer"), ("intersection", "writer"), ("writer", SELF)} <= (
-                found := edges(Cluster, lambda: Cluster(config=CONFIG)))
+                found := edges(tiny_structures()[Cluster]))
     assert not {("intersection", "memory"), ("memory", "control"), ("intersection", SELF)} & found
 
 
 def test_streams_of_the_engine():
-    found = edges(Engine, lambda: Engine(config=CONFIG, black_boxes=True), stands_for={BlackBox: Cluster})
+    found = edges(tiny_structures()[Engine])
     assert {(SELF, "registers"), ("registers", "control"), ("port", SELF), ("port", "interface"), ("port", "preload"),
             ("port", "fetch"), ("fetch", "dispatch"), ("dispatch", "cluster_1"), ("cluster_0", "completions"),
             ("cluster_0", "writes"), ("completions", "writes"), ("writes", "port"), ("cluster_0", "bus"),

@@ -6,6 +6,9 @@ import pytest
 
 from tb.docs.verification import report
 
+# `make docs`, which a commit runs too, collects all tests.
+pytestmark = pytest.mark.nightly
+
 
 @pytest.fixture(scope="module")
 def text():

@@ -16,7 +16,7 @@ from golden import kernel_cache
 from golden.compiled import compiled
 from golden.kernel_cache import MOST_FILES, kernel_folder
 from golden.kernel_digest import kernel_digest
-from tb.sources.source_trees import ROOT
+from tb.sources.source_texts import ROOT
 
 # `kernel(Pair(3, 5))` is 2 * 3 + (3 + 1) + 5 * 10 + 300 + 7 + 1000 + 1 * 3 = 1370.
 _FILES = {
@@ -150,6 +150,7 @@ def test_kernels_are_compiled_again_after_changes_in_any_file_that_they_depend_o
     assert not list(package.rglob("*.nb?"))
 
 
+@pytest.mark.nightly
 def test_two_processes_that_compile_at_once_leave_one_file_a_kernel(package):
     code = f"from {package.name}.kernels import Pair, kernel; print(kernel(Pair(3, 5)))"
     runs = [subprocess.Popen([sys.executable, "-c", code], text=True, stdout=subprocess.PIPE, env={

@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -30,8 +31,10 @@ __all__ = [
     "IN_A_COMMIT",
     "SIMULATORS",
     "SLOW_IN_ICARUS",
+    "Run",
     "Simulation",
     "options",
+    "recorded",
     "simulate",
     "tools",
 ]
@@ -141,6 +144,9 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
     with named_states():
         text = component if isinstance(component, str) else verilog_of(component, "top")
     tests = tuple(tests) or _coroutines(module)
+    if _recorded is not None:
+        _recorded.append(Run(text, module, tests, given))
+        return
     name = name or _running_test()
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
     simulation = Simulation(text, simulator, visible=visible, waves=waves)
@@ -160,6 +166,31 @@ def replay_command() -> str:
     test = os.environ["PYTEST_CURRENT_TEST"].rpartition(" ")[0]
     # Without the group that pytest-xdist appends.
     return (f"SEED={SEED} " if IS_DRAWN else "") + f"pytest {shlex.quote(re.sub(r'@[^]@]*$', '', test))}"
+
+
+@dataclass(frozen=True)
+class Run:
+    """Verilog of a component and the coroutines that test it: the arguments of `simulate`."""
+
+    text: str
+    module: str
+    tests: tuple[str, ...]
+    given: dict
+
+
+# Runs that are not simulated, in a context of `recorded`.
+_recorded: list[Run] | None = None
+
+
+@contextlib.contextmanager
+def recorded() -> Iterator[list[Run]]:
+    """A context in which `simulate` only records its runs."""
+    global _recorded
+    _recorded = []
+    try:
+        yield _recorded
+    finally:
+        _recorded = None
 
 
 def _coroutines(module):

@@ -1,6 +1,5 @@
 """The wheel holds all that the installed commands need: they run from an empty folder, without the checkout."""
 
-import json
 import os
 import shutil
 import subprocess
@@ -77,12 +76,6 @@ def test_a_picture_from_an_empty_folder(installed, tmp_path):
     run(installed / "radiosity", "render", "cornell", "--size", "4x4", "--rays", "16x4", "--light-samples", "1",
         "--depth", "1", "--spp", "1", "--max-edge", "1000", "-o", "cornell.png", cwd=tmp_path)
     assert (tmp_path / "cornell.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_a_cast_from_an_empty_folder(installed, tmp_path):
-    report = json.loads(run(installed / "radiosity", "cast", "cornell", "--patch", "4", "--rays", "16x4", "--compare",
-                            "naive", "--json", cwd=tmp_path))
-    assert report
 
 
 def test_verilog_from_an_empty_folder(installed, tmp_path):

@@ -15,7 +15,7 @@ from radiosity.benchmarks.scaling import divisions, strong_runs, weak_run
 from radiosity.engine_machine import CALIBRATED, EngineMachine, EngineRun
 from radiosity.job_timing import job_timing
 
-pytestmark = pytest.mark.xdist_group("machines")
+pytestmark = [pytest.mark.xdist_group("machines"), pytest.mark.usefixtures("interpreted")]
 
 SMALL = ("cornell", "--frusta", "4", "--rays", "16x16", "--cell", "1")
 SPEC = JobSpec(scene="cornell", rays=(16, 16), frusta=4, cell=1.0)

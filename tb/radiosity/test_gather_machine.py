@@ -25,7 +25,7 @@ from radiosity.benchmarks.gathering import (
     sized_rows,
 )
 
-pytestmark = pytest.mark.xdist_group("machines")
+pytestmark = [pytest.mark.xdist_group("machines"), pytest.mark.usefixtures("interpreted")]
 
 SMALL = ("cornell", "--patches", "48", "--rays", "16x8")
 

@@ -13,7 +13,7 @@ from golden.machines.paper.supply import Supply
 from radiosity.paper_machine import PaperMachine, PaperSpec
 from radiosity.paper_timing import paper_timing
 
-pytestmark = pytest.mark.xdist_group("machines")
+pytestmark = [pytest.mark.xdist_group("machines"), pytest.mark.usefixtures("interpreted")]
 
 SMALL = ("cornell", "--rays", "32x16", "--cell", "0.5", "--ratio", "16")
 

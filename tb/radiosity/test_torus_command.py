@@ -15,7 +15,7 @@ from golden.machines.torus.torus_scenes import TORUS_SCENES
 from golden.machines.torus.torus_steps import steps_svg
 from radiosity.benchmarks.torus import OPTIMA, PASSED, SPEEDUPS, grade_count, percentile, sweep
 
-pytestmark = pytest.mark.xdist_group("machines")
+pytestmark = [pytest.mark.xdist_group("machines"), pytest.mark.usefixtures("interpreted")]
 
 SMALL = ("spheres40", "--size", "20x24", "--voxels", "5")
 

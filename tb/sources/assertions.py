@@ -1,167 +1,105 @@
-"""Assertions that cannot fail, and tests without any, found in syntax trees."""
+"""Assertions that cannot fail, and tests without any, found in texts."""
 
-import ast
+import re
 from collections.abc import Iterator, Mapping
-from itertools import pairwise
+
+from tb.sources.source_texts import functions, imports
 
 __all__ = ["Assertions", "idle_assertions"]
 
-_FUNCTIONS = ast.FunctionDef | ast.AsyncFunctionDef
-# Of an expression: its value is always true.
-_DISPLAYS = ast.GeneratorExp | ast.Lambda
-# Functions of others by whose exception a test fails.
-_RAISING = {"fail", "raises", "warns"}
+# What ruff does not see: it knows assertions of tuples, and terms that decide alone.
+_TRUE = (r"True\b", r"[1-9]\d*$", r"not False\b", r"lambda\b", r"f?['\"][^'\"]*['\"]$", r"\([^()]* for [^()]*\)$",
+         r"len\(.*\) (?:>= 0|> -1)$")
+_IDLE = {
+    "is always true": re.compile(rf"(?m)^ *assert (?:{'|'.join(_TRUE)})"),
+    # Without a term before it or behind it, and not as a string.
+    "compares a thing with itself": re.compile(
+        r"(?<![\w.)\]+*/%&|^-])(?<![+*/%&|^-] )(?<!\"\()(\(?[A-Za-z_][\w.\[\] -]*?\)?) (?:[=!<>]=|[<>]|is) \1"
+        r"(?![\w.(\[])(?!\)? ?(?:[-+*/@%&|^]|<<|>>))"),
+    "ignores an exception": re.compile(r"except[^\n]*:\n *(?:pass|\.\.\.)(?! *#)\n"),
+}
+# By these a function can fail.
+_FAILS = re.compile(r"(?m)^ *assert\b|\b(?:fail|raises|warns|assert_\w+)\(|\braise AssertionError\b")
+_WORDS = re.compile(r"(\.?)\b([A-Za-z_]\w*)")
 
 
-def idle_assertions(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Lines of a tree with what can neither fail nor show a fault, and why."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Assert) and _is_true(node.test):
-            yield node.lineno, "is always true"
-        elif isinstance(node, ast.Compare) and _compares_itself(node):
-            yield node.lineno, "compares a thing with itself"
-        elif isinstance(node, ast.ExceptHandler) and all(isinstance(one, ast.Pass) or _is_constant(one)
-                                                         for one in node.body):
-            yield node.lineno, "ignores an exception"
-        elif isinstance(node, _FUNCTIONS):
-            yield from _unused(node)
+def _code(text):
+    """A text without docstrings and comments, with as many lines."""
+    return re.sub(r'(?s:""".*?""")|(?<=\s)#[^\n]*', lambda match: "\n" * match[0].count("\n"), text)
 
 
-def _is_constant(statement):
-    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
-
-
-def _is_true(test):
-    """Whether an expression is true whatever its names are."""
-    if isinstance(test, ast.Constant):
-        return bool(test.value)
-    if isinstance(test, ast.Tuple | ast.List | ast.Set):
-        return any(not isinstance(one, ast.Starred) for one in test.elts)
-    if isinstance(test, ast.Dict | ast.JoinedStr):
-        return bool(test.keys if isinstance(test, ast.Dict) else test.values)
-    if isinstance(test, ast.BoolOp):
-        return (any if isinstance(test.op, ast.Or) else all)(map(_is_true, test.values))
-    if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
-        return isinstance(test.operand, ast.Constant) and not test.operand.value
-    if isinstance(test, ast.Compare):
-        constants = all(isinstance(one, ast.Constant) for one in (test.left, *test.comparators))
-        return constants or _is_length_of_anything(test)
-    return isinstance(test, _DISPLAYS)
-
-
-def _is_length_of_anything(test):
-    """``len(x) >= 0``."""
-    return (isinstance(test.left, ast.Call) and ast.unparse(test.left.func) == "len"
-            and any(isinstance(op, kind) and ast.unparse(one) == limit
-                    for op, one in zip(test.ops, test.comparators, strict=True)
-                    for kind, limit in ((ast.GtE, "0"), (ast.Gt, "-1"))))
-
-
-def _compares_itself(node):
-    """Whether two neighbours of a comparison are the same expression; calls may have different results."""
-    return any(type(one) is type(other) and ast.dump(one) == ast.dump(other) and not any(
-        isinstance(part, ast.Call | ast.Await | ast.NamedExpr) for part in ast.walk(one))
-               for one, other in pairwise((node.left, *node.comparators)) if not isinstance(one, ast.Constant))
-
-
-def _unused(function):
-    """Functions in a function that nothing names."""
-    inner = [node for node in function.body if isinstance(node, _FUNCTIONS) and not node.decorator_list]
-    if inner:
-        names = {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
-        yield from ((node.lineno, f"{node.name} is never called") for node in inner if node.name not in names)
+def idle_assertions(text: str) -> Iterator[tuple[int, str]]:
+    """Lines of a text with what can neither fail nor show a fault, and why."""
+    code = _code(text) + "\n"
+    for why, pattern in _IDLE.items():
+        yield from ((code.count("\n", 0, match.start()) + 1, why) for match in pattern.finditer(code))
+    for name, line, body in functions(code):
+        # Functions in a function that nothing names.
+        for inner, begin, _ in functions("\n".join(body.splitlines()[1:])):
+            is_decorated = body.splitlines()[begin - 1].lstrip().startswith("@")
+            if "." not in inner and not is_decorated and len(re.findall(rf"\b{inner}\b", body)) == 1:
+                yield line + begin, f"{inner} is never called in {name}"
 
 
 class Assertions:
     """Which functions of some files can fail by an assertion, of their own or of a function that they call.
 
     A name stands for the function of that name in its file, or in the file that it is imported from; an attribute for
-    all functions of that name in these files.
+    all functions of that name in these files. A class stands for its constructor.
 
     Parameters
     ----------
-    trees
+    texts
         By path from the root.
     """
 
-    def __init__(self, trees: Mapping[str, ast.Module]):
-        self._trees = trees
-        self._functions: dict[str, dict[str, list]] = {}
+    def __init__(self, texts: Mapping[str, str]):
+        self._texts = {path: _code(text) for path, text in texts.items()}
+        # By file and name: (line, body, whether it is decorated as a coroutine that tests).
+        self._functions: dict[str, dict[str, list[tuple[int, str]]]] = {path: {} for path in texts}
         self._imports: dict[str, dict[str, str]] = {}
-        for path, tree in trees.items():
-            found = self._functions[path] = {}
-            for node in ast.walk(tree):
-                if isinstance(node, _FUNCTIONS):
-                    found.setdefault(node.name, []).append(node)
-                elif isinstance(node, ast.ClassDef):
-                    # A class asserts in its constructor, or stands for its methods.
-                    found.setdefault(node.name, []).extend(one for one in node.body if isinstance(one, _FUNCTIONS)
-                                                           and one.name in ("__init__", "__post_init__"))
-            self._imports[path] = {alias.asname or alias.name: file for node in ast.walk(tree)
-                                   if isinstance(node, ast.ImportFrom) and node.module for alias in node.names
-                                   for file in self._files(node.module, alias.name)}
-        errors = {"AssertionError"} | {
-            node.name for tree in trees.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
-            and "AssertionError" in map(ast.unparse, node.bases)}
-        self._asserting = {id(node) for path in trees for nodes in self._functions[path].values() for node in nodes
-                           if _asserts(node, errors)}
-        # By function: the names and the attributes in it.
-        self._words = {id(node): _words(node) for path in trees for nodes in self._functions[path].values()
-                       for node in nodes if id(node) not in self._asserting}
+        errors = "|".join(re.findall(r"(?m)^class (\w+)\(AssertionError\)", "\n".join(self._texts.values())))
+        fails = re.compile(rf"{_FAILS.pattern}|\braise (?:{errors})\b") if errors else _FAILS
+        for path, text in self._texts.items():
+            for name, line, body in functions(text):
+                *outer, last = name.split(".")
+                known = outer[-1] if outer and last in ("__init__", "__post_init__") else last
+                self._functions[path].setdefault(known, []).append((line, body))
+            self._imports[path] = {name: file for module, name in imports(text) for file in self._files(module, name)}
+        self._asserting = {(path, line) for path, found in self._functions.items() for bodies in found.values()
+                           for line, body in bodies if fails.search(body)}
+        self._words = {(path, line): set(_WORDS.findall(body)) for path, found in self._functions.items()
+                       for bodies in found.values() for line, body in bodies if (path, line) not in self._asserting}
         self._close()
 
     def _files(self, module, name):
         """The file that a name comes from."""
         base = module.replace(".", "/")
-        return [path for path in (f"{base}/{name}.py", f"{base}.py", f"{base}/__init__.py") if path in self._trees][:1]
+        return [path for path in (f"{base}/{name}.py", f"{base}.py", f"{base}/__init__.py") if path in self._texts][:1]
 
     def _close(self):
         """Whoever calls a function that asserts, asserts."""
         grows = True
         while grows:
-            before = len(self._asserting)
-            for path in self._trees:
-                for nodes in self._functions[path].values():
-                    self._asserting |= {id(node) for node in nodes if id(node) not in self._asserting
-                                        and self._calls(path, node)}
-            grows = len(self._asserting) > before
+            found = {where for where in self._words if where not in self._asserting and self._calls(*where)}
+            self._asserting |= found
+            grows = bool(found)
 
-    def _calls(self, path, function):
+    def _calls(self, path, line):
         """Whether a function names one that asserts."""
-        names, attributes = self._words[id(function)]
-        imports, anywhere = self._imports[path], [path, *self._imports[path].values()]
-        words = [*((name, [path, imports.get(name)]) for name in names), *((name, anywhere) for name in attributes)]
-        return any(id(one) in self._asserting and one is not function for name, files in words
-                   for file in files if file for one in self._functions[file].get(name, ()))
+        known = self._imports[path]
+        for dot, word in self._words[path, line]:
+            for file in {path, *known.values()} if dot else {path, known.get(word)} - {None}:
+                if any((file, at) in self._asserting for at, _ in self._functions[file].get(word, ())
+                       if (file, at) != (path, line)):
+                    return True
+        return False
 
     def without(self, path: str) -> Iterator[tuple[int, str]]:
         """Lines and names of the tests of a file that assert nothing."""
-        for name, nodes in self._functions[path].items():
-            for node in nodes:
-                if (name.startswith("test_") or _is_coroutine_test(node)) and id(node) not in self._asserting:
-                    yield node.lineno, f"{name} asserts nothing"
-
-
-def _words(function):
-    """All names and all attributes in a function."""
-    nodes = list(ast.walk(function))
-    return ({node.id for node in nodes if isinstance(node, ast.Name)},
-            {node.attr for node in nodes if isinstance(node, ast.Attribute)})
-
-
-def _is_coroutine_test(node):
-    return any(ast.unparse(one).startswith("cocotb.test") for one in node.decorator_list)
-
-
-def _asserts(function, errors):
-    """Whether a function can fail by itself."""
-    for node in ast.walk(function):
-        if isinstance(node, ast.Assert):
-            return True
-        if isinstance(node, ast.Raise) and node.exc is not None and ast.unparse(node.exc).partition("(")[0] in errors:
-            return True
-        if isinstance(node, ast.Call):
-            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-            if name in _RAISING or name.startswith("assert_"):
-                return True
-    return False
+        lines = self._texts[path].splitlines()
+        for name, found in self._functions[path].items():
+            for line, _ in found:
+                is_coroutine = lines[line - 2].startswith("@cocotb.test") if line > 1 else False
+                if (name.startswith("test_") or is_coroutine) and (path, line) not in self._asserting:
+                    yield line, f"{name} asserts nothing"

@@ -1,11 +1,6 @@
 """Functions stay short: one that is longer than a hundred lines has a reason here."""
 
-import pytest
-
-from tb.sources.source_trees import functions, source_trees
-
-# All sources are parsed in one of pytest-xdist's processes.
-pytestmark = pytest.mark.xdist_group("sources")
+from tb.sources.source_texts import functions, source_texts
 
 MOST = 100
 ONE_LIST = "one pipeline, stage by stage; cut into methods it would pass its signals through attributes"
@@ -19,5 +14,13 @@ REASONS = {
 
 def test_long_functions_have_a_reason():
     found = {f"{path}: {name}": lines for folder in ("golden", "hw", "radiosity", "tb")
-             for path, tree in source_trees(folder).items() for name, lines in functions(tree) if lines > MOST}
+             for path, text in source_texts(folder).items() for name, _, body in functions(text)
+             if (lines := body.count("\n") + 1) > MOST}
     assert found.keys() == REASONS.keys(), {name: found.get(name) for name in found.keys() ^ REASONS.keys()}
+
+
+def test_functions_end_before_what_is_no_deeper():
+    text = ("class A:\n    def b(\n            self):\n        def c():\n            return {\n        }\n\n"
+            "        return c\n\n    x = 1\n")
+    assert [(name, line, body.count("\n") + 1) for name, line, body in functions(text)] == [
+        ("A.b.c", 4, 3), ("A.b", 2, 7)]

@@ -27,8 +27,8 @@ def test_shared(number, expensive):
 def test_a_module_fixture_is_made_once(tmp_path):
     (tmp_path / "conftest.py").write_text(CONFTEST.read_text())
     (tmp_path / "test_shared.py").write_text(TESTS)
-    done = subprocess.run([sys.executable, "-m", "pytest", "-n", "2", "--dist", "loadgroup", "-q", "."], cwd=tmp_path,
-                          env={name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")},
+    done = subprocess.run([sys.executable, "-m", "pytest", "-p", "xdist", "-n", "2", "--dist", "loadgroup", "-q", "."],
+                          cwd=tmp_path, env={"PATH": os.environ["PATH"], "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
                           capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
     processes = (tmp_path / "processes").read_text().split()

@@ -1,13 +1,8 @@
 """What stands on what: golden on nothing, hw on golden, radiosity on both, tb on all."""
 
-import ast
-
 import pytest
 
-from tb.sources.source_trees import imports, source_trees
-
-# All sources are parsed in one of pytest-xdist's processes.
-pytestmark = pytest.mark.xdist_group("sources")
+from tb.sources.source_texts import components, imports, source_texts
 
 # By folder: packages that it must not import.
 FORBIDDEN = {
@@ -35,43 +30,37 @@ DRIVERS = ("hw/host.py", "hw/cli.py", "hw/commands/", "hw/simulator/", "hw/board
 BLOCK_TABLES = {"icu": {"hw/icu/icu_tables.py"}, "lib": {"hw/lib/cordic.py"}, "noc": {"hw/noc/noc_tables.py"}}
 
 
-def component_files():
-    """Files of hw that define components; the simulated machine may use all of golden."""
-    for path, tree in source_trees("hw").items():
-        bases = {ast.unparse(base) for node in ast.walk(tree) if isinstance(node, ast.ClassDef) for base in node.bases}
-        if bases & {"wiring.Component", "Component"} and not path.startswith("hw/simulator/"):
-            yield path, tree
-
-
 @pytest.mark.parametrize("folder", FORBIDDEN)
 def test_nothing_is_imported_from_above(folder):
-    wrong = [f"{path}: {module}" for path, tree in source_trees(folder).items() for module, _ in imports(tree)
+    wrong = [f"{path}: {module}" for path, text in source_texts(folder).items() for module, _ in imports(text)
              if module.partition(".")[0] in FORBIDDEN[folder]]
     assert not wrong
 
 
 def test_components_take_configuration_and_constants_from_golden():
     wrong = []
-    for path, tree in component_files():
-        for module, name in imports(tree):
+    for path in components():
+        for module, name in imports(source_texts("hw")[path]):
             if module.partition(".")[0] == "golden" and not (
                     module.startswith("golden.config") or name.isupper() or name in TABLES.get(module, ())):
                 wrong.append(f"{path}: {module}.{name}")
     assert not wrong
 
 
-def test_the_check_sees_components():
-    assert len(list(component_files())) > 80
+def test_the_check_sees_components_and_imports():
+    assert len(components()) > 80
+    text = "import a.b as c\nfrom d import (\n    e,  # f\n    g as h,\n)\nif i:\n    from j import k\n"
+    assert set(imports(text)) == {("a.b", ""), ("d", "e"), ("d", "g"), ("j", "k")}
 
 
 def test_hardware_needs_no_caster_scene_or_scheduler():
-    wrong = [f"{path}: {module}" for path, tree in source_trees("hw").items() if not path.startswith(DRIVERS)
-             for module, name in imports(tree) if {".".join(module.split(".")[:2]), f"{module}.{name}"} & WHOLE_MODEL]
+    wrong = [f"{path}: {module}" for path, text in source_texts("hw").items() if not path.startswith(DRIVERS)
+             for module, name in imports(text) if {".".join(module.split(".")[:2]), f"{module}.{name}"} & WHOLE_MODEL]
     assert not wrong
 
 
 @pytest.mark.parametrize("block", BLOCK_TABLES)
 def test_components_import_golden_numbers_through_tables(block):
-    found = {path for path, tree in source_trees(f"hw/{block}").items() for module, _ in imports(tree)
+    found = {path for path, text in source_texts(f"hw/{block}").items() for module, _ in imports(text)
              if module.startswith("golden.") and not module.startswith("golden.config")}
     assert found <= BLOCK_TABLES[block]

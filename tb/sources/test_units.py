@@ -1,14 +1,10 @@
 """Every component has tests of its own name, or is tested with the unit that it is a part of."""
 
-import ast
 import re
 
 import pytest
 
-from tb.sources.source_trees import ROOT, source_trees
-
-# All sources are parsed in one of pytest-xdist's processes.
-pytestmark = pytest.mark.xdist_group("sources")
+from tb.sources.source_texts import ROOT, components
 
 # By file of hw: the test, and how it reaches the component if that does not name it.
 TESTED_IN = {
@@ -17,7 +13,7 @@ TESTED_IN = {
     "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/square_scan.py": ("tb/ctu/test_survival.py", "Survival"),
     "hw/icu/intersection_pipeline.py": ("tb/icu/test_intersection_unit.py", "IntersectionUnit"),
-    "hw/lib/black_box.py": ("tb/docs/test_architecture.py", ""),
+    "hw/lib/black_box.py": ("tb/docs/test_architecture.py", "tiny_structures"),
     "hw/lib/longest_waiting.py": ("tb/formal/lib/test_arbiter.py", "LONGEST_WAITING"),
     "hw/lib/round_robin.py": ("tb/formal/lib/test_arbiter.py", ""),
     "hw/memsys/burst_splitter.py": ("tb/formal/memsys/test_memory_engines.py", ""),
@@ -38,17 +34,6 @@ TESTED_IN = {
     "hw/noc/output_port.py": ("tb/formal/noc/test_router.py", "Router"),
     "hw/synthesis/scan_harness.py": ("tb/synthesis/test_flow.py", "synthesise_between_registers"),
 }
-
-
-def components():
-    """Files of hw that define components, with these; the simulated machine is no hardware."""
-    found = {}
-    for path, tree in source_trees("hw").items():
-        names = [node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
-                 and {ast.unparse(base) for base in node.bases} & {"wiring.Component", "Component"}]
-        if names and not path.startswith("hw/simulator/"):
-            found[path] = names
-    return found
 
 
 def own_tests():

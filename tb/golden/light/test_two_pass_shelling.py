@@ -18,7 +18,7 @@ from tb.golden.light.cube import cube
 from tb.golden.light.scenes import rectangle, scene_of
 
 LAMP = Material(name="lamp", emission=(4.0, 2.0, 1.0))
-SIZE, SPREAD = 48, 2.0**-13
+SIZE, SPREAD = 32, 2.0**-13
 FIELDS = ("patch", "t", "u", "v")
 
 

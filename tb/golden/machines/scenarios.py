@@ -35,7 +35,7 @@ from tb.golden.machines.packet_runs import run_packets
 from tb.golden.machines.torus.torus_cases import run_small
 from tb.noc.packets import packets
 
-__all__ = ["SCENARIOS", "drawn_trace", "joint_runs"]
+__all__ = ["SCENARIOS", "drawn_trace", "joint_runs", "joint_times", "joint_traces"]
 
 
 def _heap():
@@ -83,30 +83,44 @@ def drawn_trace(rng, *, stages, cells, patches, least, barrier=None):
         tests=rng.integers(1, 30, patches))
 
 
-def joint_runs(run, *, columns, rows, slots=8, run_ahead=1, cached=None, barrier=None, frames=0, **path):
-    """Begins and ends of sections that clusters cast together; ``path`` are numbers of the `JointTiming`.
-
-    The stage ``barrier`` of each waits until all before it are over. With ``cached``, a placement, every third patch is
-    held by no cluster, and the cache has eight lines. With ``frames`` each cluster has a patch store of so many,
-    from which every second patch of its section has been requested.
-    """
-    rng, noc, clusters = np.random.default_rng(7), PRESETS["paper"].noc, columns * rows
+def joint_traces(clusters, *, barrier=None):
+    """A drawn section for each of some clusters, which share patches, and the cluster that holds each patch."""
+    rng = np.random.default_rng(7)
     traces = [drawn_trace(rng, stages=4, cells=8, patches=30, least=10 * number, barrier=barrier)
               for number in range(clusters)]
-    home, others = rng.integers(0, clusters, 30 + 10 * clusters), {}
+    return traces, rng.integers(0, clusters, 30 + 10 * clusters)
+
+
+def joint_times(run, *, columns, rows, holder=None, slots=8, run_ahead=1, cached=None, barrier=None, frames=0, **path):
+    """Times of sections that clusters cast together; ``path`` are numbers of the `JointTiming`.
+
+    Drawn clusters hold the patches, or ``holder`` all of them. The stage ``barrier`` of each waits until all before it
+    are over. With ``cached``, a placement, every third patch is held by no cluster, and the cache has eight lines. With
+    ``frames`` each cluster has a patch store of so many, from which every second patch of its section has been
+    requested.
+    """
+    config, clusters = PRESETS["paper"], columns * rows
+    (traces, home), others = joint_traces(clusters, barrier=barrier), {}
+    if holder is not None:
+        home[:] = holder
     if cached:
-        config = PRESETS["paper"].replace({"memsys.cache_policy": cached, "memsys.patch_lines": 8})
+        memsys = config.replace({"memsys.cache_policy": cached, "memsys.patch_lines": 8}).memsys
         home[::3] = -1
         others = {"bus": replace(bus_timing(config, latency=50), outstanding=4, fetches=2, requests=6),
-                  "memsys": config.memsys, "kept": np.arange(0, 12, 3)}
+                  "memsys": memsys, "kept": np.arange(0, 12, 3)}
     if frames:
-        others |= {"store": replace(store_timing(PRESETS["paper"]), requests=3),
+        others |= {"store": replace(store_timing(config), requests=3),
                    "stores": [store_after(frames, trace.patch[::2])[0] for trace in traces]}
-    times = run(traces, home, cluster_timing(PRESETS["paper"]), replace(joint_timing(PRESETS["paper"]), **path),
-                routing=route(Topology("mesh", columns, rows), noc.virtual_channels), buffer_flits=noc.buffer_flits,
-                arbitration=noc.arbitration, router_cycles=noc.router_cycles, slots=slots, run_ahead=run_ahead,
-                **others)
-    return np.concatenate([np.concatenate([one.begins, one.ends, [one.free, one.cycles]]) for one in times])
+    return run(traces, home, cluster_timing(config), replace(joint_timing(config), **path),
+               routing=route(Topology("mesh", columns, rows), config.noc.virtual_channels),
+               buffer_flits=config.noc.buffer_flits, arbitration=config.noc.arbitration,
+               router_cycles=config.noc.router_cycles, slots=slots, run_ahead=run_ahead, **others)
+
+
+def joint_runs(run, **options):
+    """Begins and ends of the sections of `joint_times`."""
+    return np.concatenate([np.concatenate([one.begins, one.ends, [one.free, one.cycles]])
+                           for one in joint_times(run, **options)])
 
 
 def _gather():

@@ -5,21 +5,12 @@ from collections import deque
 import numpy as np
 import simpy
 
-from golden.machines.cluster_timing import ClusterTiming
-from golden.machines.section_trace import CastTimes, SectionTrace
+from golden.machines.section_trace import CastTimes
 
-__all__ = ["SimpyCluster", "simpy_cast"]
+__all__ = ["SimpyCluster"]
 
 # Behind all events of the same time.
 _LATE = 2
-
-
-def simpy_cast(trace: SectionTrace, timing: ClusterTiming, *, slots: int, run_ahead: int) -> CastTimes:
-    """The times of `golden.machines.section_trace.replay`."""
-    env = simpy.Environment()
-    cluster = SimpyCluster(env, trace, timing, slots, run_ahead)
-    env.run()
-    return cluster.times()
 
 
 class SimpyCluster:
@@ -30,7 +21,7 @@ class SimpyCluster:
     env
         SimPy's environment, whose time is in cycles.
     trace, timing, slots, run_ahead
-        See `simpy_cast`.
+        See `golden.machines.section_trace.replay`.
     owner
         P int, the cluster that holds each patch, in the order of discovery; -1 if this one does, -2 if none does, -3
         if the patch store has a copy. Default: this one holds all.

@@ -9,6 +9,8 @@ from golden.config import PRESETS
 from golden.machines.bus_path import BusTiming, bus_cycle, bus_path, request_on_bus
 from tb.golden.machines.simpy_joint import SimpyBus
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 TIMING = BusTiming(request=1, hit=2, fetch=20, next_fetch=10, words=1, beats=1, outstanding=8, fetches=2, requests=8)
 
 

@@ -7,6 +7,8 @@ import pytest
 
 from golden.machines.event_heap import event_heap, next_time, pop, push
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def test_events_leave_in_the_order_of_time_and_scheduling():
     """As those of Python's heap; times are few, so that many are equal."""

@@ -6,55 +6,45 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
+from golden.config import PRESETS
 from golden.errors import InputError
 from golden.machines.joint_cast import JointTiming, joint_cast
 from golden.machines.section_trace import replay
-from golden.noc.routing import route
-from radiosity.benchmarks.machine_cuts import cut_config, prepare_cut, recorded_cuts, simulate_cut, simulated_cuts
+from radiosity.benchmarks.machine_cuts import cut_config, recorded_cuts, simulated_cuts
 from radiosity.benchmarks.machine_memory import recorded_memory, simulated_memory
 from radiosity.cluster_timing import cluster_timing
 from radiosity.job_timing import joint_timing
-from tb.golden.machines.scenarios import joint_runs
+from tb.golden.machines.scenarios import joint_runs, joint_times, joint_traces
 from tb.golden.machines.simpy_joint import simpy_joint
 
 CONFIG = cut_config(4)
+pytestmark = pytest.mark.usefixtures("interpreted")
 
 
-@pytest.fixture(scope="module")
-def lobby():
-    return prepare_cut("lobby", CONFIG, cell=0.0625)
+def alone(clusters):
+    return [replay(trace, cluster_timing(PRESETS["paper"]), slots=8, run_ahead=1)
+            for trace in joint_traces(clusters)[0]]
 
 
-def alone(prepared):
-    return [replay(trace, cluster_timing(CONFIG), slots=CONFIG.icu.slots, run_ahead=CONFIG.ctu.run_ahead)
-            for trace in prepared.traces]
-
-
-def test_clusters_with_all_patches_are_independent(lobby):
-    for number, expected in enumerate(alone(lobby)):
-        found = simulate_cut(replace(lobby, home=np.full(len(lobby.home), number)), CONFIG)[number]
+def test_clusters_with_all_patches_are_independent():
+    for number, expected in enumerate(alone(2)):
+        found = joint_times(joint_cast, columns=2, rows=1, holder=number)[number]
         assert np.array_equal(found.begins, expected.begins)
         assert np.array_equal(found.ends, expected.ends)
         assert (found.free, found.cycles) == (expected.free, expected.cycles)
 
 
-def test_patches_of_other_clusters_come_later(lobby):
-    found = simulate_cut(lobby, CONFIG)
-    for one, expected in zip(found, alone(lobby), strict=True):
-        assert one.ends.min() >= expected.ends.min()
-        assert len(one.ends) == len(expected.ends)
-        assert (one.ends > 0).all()
+def test_patches_of_other_clusters_come_later():
+    found, expected = joint_times(joint_cast, columns=2, rows=2), alone(4)
+    assert sum(one.cycles for one in found) > sum(one.cycles for one in expected)
+    assert [len(one.ends) for one in found] == [len(one.ends) for one in expected]
+    assert all((one.ends > 0).all() for one in found)
 
 
-def test_one_owner_of_all_patches_is_a_bottleneck(lobby):
-    spread, single = (sum(int(one.ends.sum()) for one in simulate_cut(each, CONFIG)[1:]) for each in (
-        lobby, replace(lobby, home=np.zeros_like(lobby.home))))
+def test_one_owner_of_all_patches_is_a_bottleneck():
+    spread, single = (sum(int(one.ends.sum()) for one in joint_times(joint_cast, columns=2, rows=2, holder=holder)[1:])
+                      for holder in (None, 0))
     assert single > spread
-
-
-def test_cycles_are_those_of_the_hardware(lobby):
-    row, = (row for row in recorded_cuts() if (row.scene, row.topology, row.clusters) == ("lobby", "mesh", 4))
-    assert abs(max(one.cycles for one in simulate_cut(lobby, CONFIG)) / row.cycles - 1) < 0.03
 
 
 @pytest.mark.nightly
@@ -127,23 +117,20 @@ def test_requests_share_the_port_of_their_owner():
 
 # Replies that are shorter than a patch takes its cluster wait there, others in the network.
 @pytest.mark.parametrize("options", [
-    {"columns": 2, "rows": 1, "run_ahead": 0}, {"columns": 2, "rows": 2, "run_ahead": 1},
-    {"columns": 2, "rows": 2, "reply_flits": 1}, {"columns": 4, "rows": 4, "run_ahead": 6},
-    {"columns": 2, "rows": 2, "run_ahead": 6, "barrier": 2},
-    {"columns": 2, "rows": 1, "cached": "lru", "run_ahead": 6}, {"columns": 2, "rows": 2, "cached": "lfu"},
-    {"columns": 4, "rows": 4, "cached": "direct"}, {"columns": 2, "rows": 2, "frames": 8},
+    {"columns": 2, "rows": 1, "run_ahead": 0}, {"columns": 2, "rows": 2, "reply_flits": 1},
+    {"columns": 2, "rows": 2, "run_ahead": 6, "barrier": 2}, {"columns": 2, "rows": 2, "cached": "lfu"},
     {"columns": 2, "rows": 1, "frames": 16, "cached": "lru", "run_ahead": 6},
-    {"columns": 4, "rows": 4, "frames": 8, "run_ahead": 6}])
+    {"columns": 2, "rows": 2, "frames": 8, "cached": "direct"},
+    *(pytest.param({"columns": 4, "rows": 4, **more}, marks=pytest.mark.nightly)
+      for more in ({"run_ahead": 6}, {"cached": "direct"}, {"frames": 8, "run_ahead": 6}))])
 def test_events_are_those_of_processes_in_simpy(options):
     found, expected = (joint_runs(run, **options) for run in (joint_cast, simpy_joint))
     assert np.array_equal(found, expected)
 
 
-def test_patches_that_no_cluster_holds_are_refused(lobby):
+def test_patches_that_no_cluster_holds_are_refused():
     with pytest.raises(InputError, match=re.escape("Patches of a joint cast without a bus must be held by clusters")):
-        joint_cast(lobby.traces, np.full(len(lobby.home), -1), cluster_timing(CONFIG), joint_timing(CONFIG),
-                   routing=route(CONFIG.noc.network(), 1), buffer_flits=8, arbitration="age", router_cycles=1, slots=8,
-                   run_ahead=1)
+        joint_times(joint_cast, columns=2, rows=1, holder=-1)
 
 
 @pytest.mark.parametrize(("wrong", "error", "message"), [

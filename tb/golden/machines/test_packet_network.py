@@ -13,6 +13,8 @@ from tb.golden.machines.packet_runs import run_packets
 from tb.golden.noc.test_network import networks, starts
 from tb.noc.packets import packets
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def check(routing, given, **parameters):
     arrivals = Network(routing, **parameters).run(given, cycles=100_000)
@@ -25,7 +27,7 @@ def check(routing, given, **parameters):
 def test_packets_arrive_in_the_cycles_of_the_cycle_accurate_model(name):
     for number, routing in networks(name):
         messages = 1 + number % 2
-        given = packets(np.random.default_rng([7, number]), routing.topology, "uniform", flits=600, load=0.6,
+        given = packets(np.random.default_rng([7, number]), routing.topology, "uniform", flits=300, load=0.6,
                         longest=6, messages=messages)
         check(routing, given, buffer_flits=(8, 1, 3)[number % 3], messages=messages,
               arbitration=ARBITRATIONS[number % 2], router_cycles=1 + number // 2 % 2)

@@ -14,7 +14,9 @@ from radiosity.benchmarks.job_runs import JobSpec, prepare_job
 from radiosity.benchmarks.machine_jobs import LATENCY, RecordedJob, job_config, recorded_jobs, simulate
 from radiosity.cluster_timing import cluster_timing
 from radiosity.job_timing import job_timing, load_timing
-from tb.sources.source_trees import ROOT
+from tb.sources.source_texts import ROOT
+
+pytestmark = pytest.mark.usefixtures("interpreted")
 
 SMALL = RecordedJob(spec=JobSpec(scene="cornell", rays=(16, 16), frusta=6, cell=1.0), clusters=2, cycles=0, load=0,
                     cast=0)

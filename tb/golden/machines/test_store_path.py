@@ -15,6 +15,8 @@ from radiosity.benchmarks.machine_memory import recorded_memory, simulated_memor
 from radiosity.job_timing import store_timing
 from tb.golden.machines.scenarios import joint_runs
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def test_own_patches_pass_no_store_and_others_are_kept_once():
     store, patches = PatchStore(4), np.array([0, 1, 2, 4, 3, 6])

@@ -57,9 +57,9 @@ def test_workers_of_a_scheduler_give_the_bytes_of_one_process(method, cluster, s
 
 
 def test_local_processes_give_the_bytes_of_one_process_and_listen_on_loopback_alone(scene, tmp_path):
-    caster = frustum_caster(scene, "grid")
-    rows = ROWS["grid"](scene, caster)
-    with WorkerPool(2, method="grid") as workers:
+    caster = frustum_caster(scene, "naive")
+    rows = ROWS["naive"](scene, caster)
+    with WorkerPool(2, method="naive") as workers:
         found = content(rows, tmp_path / "a.npz", workers.spread(scene, frusta=caster, rays=caster))
         here = psutil.Process()
         ports = [socket.laddr.ip for process in (here, *here.children(recursive=True))

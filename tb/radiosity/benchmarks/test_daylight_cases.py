@@ -4,7 +4,7 @@ from radiosity.benchmarks.daylight_cases import CASES
 
 # One of each kind; `make nightly` measures the others.
 QUICK = ("cie-overcast sky", "roof, uniform sky", "pane in the facade, cie-overcast sky", "half a lit floor",
-         "cube of 0.5", "lamps", "luminaire", "glazing")
+         "cube of 0.5", "lamps", "luminaire")
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.nightly)

@@ -45,9 +45,9 @@ def test_the_references_are_stored_with_little_noise(name):
     assert reference.thrown.any() == bool(SCENES[name].balls)
 
 
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.nightly)
-                                  for name in SCENES])
+@pytest.mark.parametrize("name", SCENES)
 def test_pictures_are_those_of_the_path_tracer(name):
     found = compare(rendered(name), Reference.stored(name))
     assert np.abs(found.mean).max() < 0.01, found

@@ -6,6 +6,8 @@ import pytest
 from golden.errors import InputError
 from golden.machines.gather.assignment import ASSIGNMENTS, assign, of_rows, shares
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 @pytest.mark.parametrize("kind", ASSIGNMENTS)
 @pytest.mark.parametrize("patches", [16, 19, 31])

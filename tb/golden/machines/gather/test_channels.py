@@ -8,6 +8,8 @@ from golden.machines.gather.gather_run import simulate_gather
 from golden.machines.gather.row_phase import GatherScheme
 from tb.golden.machines.gather.nodes import room
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def test_channels_have_their_own_reflectances_and_emissions():
     _, system, work = room(40)

@@ -9,6 +9,8 @@ from golden.machines.gather.hypercube import MESSAGES, WORDS, hypercube, ring
 from golden.machines.gather.node_memory import PATCH_WORDS
 from tb.golden.machines.gather.nodes import drawn_work
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def restated(rows, held, work):
     """The ends as maxima along the ring: a node projects, sends a copy, and needs what its neighbour sent before."""

@@ -8,6 +8,8 @@ from golden.machines.gather.hypercube import MESSAGES, WORDS, hypercube
 from golden.machines.gather.node_programs import run_program
 from golden.machines.gather.node_timing import NodeTiming
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 TIMING = NodeTiming()
 
 

@@ -7,6 +7,8 @@ from golden.machines.gather.demand_driven import demand_rows
 from golden.machines.gather.hypercube import MESSAGES, WORDS, hypercube
 from golden.machines.gather.node_timing import NodeTiming
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 TIMING = NodeTiming(setup=100, word=10)
 
 

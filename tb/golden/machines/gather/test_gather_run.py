@@ -18,7 +18,9 @@ from golden.machines.gather.parallel_solvers import COMPLETIONS, PARALLEL_SOLVER
 from golden.machines.gather.row_phase import SCHEMES, GatherScheme
 from tb.golden.machines.gather.nodes import room
 
-PATCHES = 60
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+PATCHES = 40
 
 
 def run(*, solver="gauss-jacobi", nodes=4, completion=None, memory=None, **scheme):
@@ -35,8 +37,8 @@ def small(nodes):
 
 
 RUNS = [(scheme, kind, nodes, is_small) for scheme, kind, nodes, is_small in product(
-    SCHEMES, ASSIGNMENTS, (1, 2, 8, 32), (False, True)) if (scheme != "demand-driven" or kind == "random")
-    and (nodes > 2 or not is_small)]
+    SCHEMES, ASSIGNMENTS, (2, 8), (False, True)) if (scheme != "demand-driven" or kind == "random")
+    and nodes == (8 if is_small else 2)]
 
 
 @pytest.fixture(scope="module")
@@ -58,9 +60,8 @@ def test_rows_and_solutions_have_the_same_bytes(one, scheme, kind, nodes, is_sma
 
 @pytest.mark.parametrize("solver", PARALLEL_SOLVERS)
 @pytest.mark.parametrize("completion", COMPLETIONS)
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_redistributed_rows_keep_their_bytes_and_the_solution_to_rounding(one, solver, completion, scheme):
-    found, whole = (run(solver=solver, name=scheme, nodes=8, completion=each) for each in (completion, None))
+def test_redistributed_rows_keep_their_bytes_and_the_solution_to_rounding(one, solver, completion):
+    found, whole = (run(solver=solver, name="sharing", nodes=8, completion=each) for each in (completion, None))
     assert found.report()["F"] == one[solver]["F"]
     assert whole.report()["radiosity"] == one[solver]["radiosity"]
     assert found.matrix.is_split.any()
@@ -73,7 +74,7 @@ def test_a_row_that_is_projected_block_by_block_is_golden_s():
     scene, system, _ = room(PATCHES)
     hemisphere, (points, _) = Hemisphere(16, 8), gauss_points(scene, 1)
     held, columns = assign("random", PATCHES, 4, seed=2), patch_columns(scene)
-    for patch, first in ((3, 0), (20, 1), (51, 3)):
+    for patch, first in ((3, 0), (20, 1), (31, 3)):
         rays = Rays(np.repeat(points[patch], len(hemisphere), axis=0),
                     hemisphere.directions @ frame(scene.normals[patch]), source=np.full(len(hemisphere),
                                                                                       scene.surface[patch]))
@@ -97,7 +98,7 @@ def _part(scene, patches):
 def test_a_report_has_times_traffic_memory_and_the_extremes_of_the_nodes():
     report = run(name="sharing", nodes=4, completion="merge").report()
     assert report["seconds"] == report["form_factors"]["seconds"] + report["solution"]["seconds"]
-    assert report["of_a_node"]["rows"] == {"least": 15, "mean": 15.0, "most": 15}
+    assert report["of_a_node"]["rows"] == {"least": 10, "mean": 10.0, "most": 10}
     assert report["of_a_node"]["entries"]["most"] - report["of_a_node"]["entries"]["least"] <= 1
     assert report["traffic"]["words"] == 4 * report["of_a_node"]["words_sent"]["mean"]
     assert report["memory"]["most_bytes"] <= report["memory"]["bytes"] == 4 << 20

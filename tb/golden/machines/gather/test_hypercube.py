@@ -6,6 +6,8 @@ import pytest
 from golden.machines.gather.hypercube import MESSAGES, WORDS, hypercube, ring, transfer
 from golden.machines.gather.node_timing import NodeTiming
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 TIMING = NodeTiming(setup=100, word=10)
 
 

@@ -7,6 +7,8 @@ from golden.machines.gather.assignment import assign, of_rows
 from golden.machines.gather.node_matrix import NodeMatrix, renumbered, restored
 from tb.golden.machines.gather.nodes import drawn_matrix
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def same(one, other):
     return all(getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in ("data", "indices", "indptr"))

@@ -5,6 +5,8 @@ import pytest
 from golden.errors import InputError
 from golden.machines.gather.node_memory import PATCH_WORDS, SQUARES, NodeMemory
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 # Patches and entries of the source's scenes, with the least numbers of nodes that it has times of (table 2.1; one node
 # in the text).
 SCENES = {2600: (1_804_647, 8), 2208: (1_468_539, 8), 1728: (746_779, 4), 1412: (461_947, 2), 1000: (342_003, 1),

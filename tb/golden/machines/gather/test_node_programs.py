@@ -9,6 +9,8 @@ from golden.machines.gather.node_programs import joined, run_program, work_step
 from golden.machines.gather.node_timing import NodeTiming
 from tb.golden.machines.gather.simpy_programs import simpy_programs
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 TIMING = NodeTiming(setup=100, word=10)
 
 

@@ -12,6 +12,8 @@ from golden.machines.gather.redistribution import redistributed
 from tb.golden.light.solvers.systems import DUCT_RADIOSITY, duct
 from tb.golden.machines.gather.nodes import drawn_matrix
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def system_of(seed, rows=64):
     rng = np.random.default_rng(seed)

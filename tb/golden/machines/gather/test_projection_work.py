@@ -9,6 +9,8 @@ from golden.machines.gather.projection_work import ProjectionWork
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 from tb.golden.machines.gather.nodes import room
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 TIMING = NodeTiming(operation=1)
 FLOOR = rectangle((-0.01, -0.01, 0), (0.02, 0, 0), (0, 0.02, 0))
 

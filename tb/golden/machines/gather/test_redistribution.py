@@ -13,6 +13,8 @@ from golden.machines.gather.node_timing import NodeTiming
 from golden.machines.gather.redistribution import moves_of, redistributed, redistribution_program
 from tb.golden.machines.gather.nodes import drawn_matrix
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def given(seed, nodes, *, rows=60, most=20):
     rng = np.random.default_rng(seed)

@@ -10,6 +10,8 @@ from golden.machines.gather.node_memory import PATCH_WORDS, NodeMemory
 from golden.machines.gather.row_phase import SCHEMES, GatherScheme, make_matrix_rows
 from tb.golden.machines.gather.nodes import drawn_work
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 PATCHES, ENTRIES = 45, np.full(45, 9)
 ROW = NodeMemory.row_bytes(9)
 

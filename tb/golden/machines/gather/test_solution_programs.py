@@ -11,6 +11,8 @@ from golden.machines.gather.node_timing import NodeTiming
 from golden.machines.gather.redistribution import redistributed
 from golden.machines.gather.solution_programs import iteration_program, preparation_program, renumbering_program
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 TIMING = NodeTiming()
 # Scalars that an iteration reduces, its set-ups for each channel, and its operations on a row.
 SOLVERS = {"gauss-jacobi": (2, 2, 6), "conjugate-gradient": (4, 3, 18)}

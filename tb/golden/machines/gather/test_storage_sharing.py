@@ -1,10 +1,13 @@
 """Nodes make rows without messages until a memory is full; then all stop after their row."""
 
 import numpy as np
+import pytest
 
 from golden.machines.gather.hypercube import MESSAGES, hypercube
 from golden.machines.gather.node_timing import NodeTiming
 from golden.machines.gather.storage_sharing import make_rows
+
+pytestmark = pytest.mark.usefixtures("interpreted")
 
 TIMING = NodeTiming(setup=100, word=10)
 

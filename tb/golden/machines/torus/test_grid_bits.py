@@ -9,6 +9,8 @@ from golden.machines.torus.node_grids import node_grids
 from golden.machines.torus.torus_run import TorusSetup
 from tb.golden.machines.torus.torus_cases import drawn_scene
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def test_a_chain_is_read_where_the_voxel_s_bit_is_set_alone():
     """Every voxel has the same chain, in which one voxel alone has an entry."""

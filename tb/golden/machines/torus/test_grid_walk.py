@@ -22,6 +22,8 @@ from golden.machines.torus.object_tests import hit_distance
 from golden.machines.torus.torus_scene import TorusScene
 from tb.golden.machines.torus.torus_cases import drawn_scene
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 SEEDS = range(40)
 
 

@@ -1,10 +1,13 @@
 """Rays that leave space are tested with the lights."""
 
 import numpy as np
+import pytest
 
 from golden.machines.torus.torus_run import TorusSetup, simulate_torus
 from golden.machines.torus.torus_scene import TorusScene
 from golden.machines.torus.torus_turns import SCALE
+
+pytestmark = pytest.mark.usefixtures("interpreted")
 
 
 def test_a_light_is_seen_by_the_rays_that_leave_space():

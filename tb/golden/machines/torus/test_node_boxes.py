@@ -7,6 +7,8 @@ from golden.machines.torus.node_boxes import front_face, node_boxes
 from golden.machines.torus.torus_scene import TorusScene
 from tb.golden.machines.torus.torus_cases import drawn_scene
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def boxes_of(side=3, **changes):
     return node_boxes(drawn_scene(1), side=side, size=(24, 24), **changes)

@@ -20,6 +20,8 @@ from golden.machines.torus.object_tests import meets_box
 from golden.machines.torus.torus_scenes import barroom367
 from tb.golden.machines.torus.torus_cases import drawn_scene
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def grids_of(scene, *, v=6, entries=0, side=2):
     boxes = node_boxes(scene, side=side, size=(20, 20), growth=0.1)

@@ -7,6 +7,8 @@ from golden.machines.torus.ray_timing import PROFILES, RayTiming
 from golden.machines.torus.state_packet import PHASES
 from tb.golden.machines.torus.torus_cases import run_small
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def test_the_profile_has_the_times_of_tables_4_3_and_4_4():
     timing = PROFILES["1987"]

@@ -21,6 +21,8 @@ from golden.machines.torus.state_packet import (
 from golden.machines.torus.torus_links import LINKS, loop_link, neighbour
 from tb.golden.machines.torus.torus_cases import run_small
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 receive, release, enter = (getattr(one, "py_func", one) for one in (receive_packet, release_packet, enter_phase))
 
 

@@ -17,6 +17,8 @@ from golden.machines.torus.torus_links import (
 )
 from tb.golden.machines.torus.torus_cases import run_small
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def distance(node, target, side):
     row, column = abs(node // side - target // side), abs(node % side - target % side)
@@ -43,7 +45,7 @@ def test_several_shortest_routes_alternate():
 
 
 def test_packets_alternate_in_the_machine():
-    run = run_small(nodes=4, size=(60, 60), growth=1.0)
+    run = run_small(nodes=4, size=(40, 40), growth=1.0)
     links = run.state.links[:, ts.LINK_MESSAGES].reshape(4, LINKS)
     # From the upper right node packets go down, up, left and right in turn.
     assert run.state.turns[3] >= 8

@@ -1,5 +1,6 @@
 """The picture does not depend on the machine, and equals a recursive ray tracer's."""
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -10,10 +11,13 @@ from golden.machines.torus import torus_state as ts
 from golden.machines.torus.node_boxes import node_boxes
 from golden.machines.torus.torus_run import TorusSetup, spiral_order
 from golden.machines.torus.torus_turns import SCALE
-from tb.golden.machines.torus.torus_cases import drawn_scene, run_small
+from tb.golden.machines.torus.torus_cases import SIZE, drawn_scene, run_small
 from tb.golden.machines.torus.whitted import picture
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 
+
+@cache
 def reference(**changes):
     return run_small(nodes=1, subdivisions=1, growth=0.0, **changes).sums.tobytes()
 
@@ -22,7 +26,7 @@ def reference(**changes):
 @pytest.mark.parametrize("has_shadows", [True, False])
 def test_sums_of_returned_colours_are_those_of_recursion(glass, has_shadows):
     run = run_small(glass=glass, has_shadows=has_shadows)
-    expected = picture(drawn_scene(1, glass=glass), (24, 20), has_shadows=has_shadows)
+    expected = picture(drawn_scene(1, glass=glass), SIZE, has_shadows=has_shadows)
     # Each returned value is rounded by half a unit at most; a pixel has some dozen.
     assert np.abs(run.sums / SCALE - expected).max() < 40 / SCALE
     assert run.sums.any()
@@ -30,9 +34,9 @@ def test_sums_of_returned_colours_are_those_of_recursion(glass, has_shadows):
 
 @pytest.mark.parametrize("changes", [
     {"nodes": nodes, "growth": growth, "growth_by": by}
-    for nodes in (1, 4, 9, 16, 25) for growth, by in ((0.0, "axis"), (0.02, "axis"), (0.24, "volume"), (1.0, "axis"))]
-    + [{"nodes": 9, "delay": delay, "seed": seed} for delay in (3000, 200_000) for seed in range(4)]
-    + [{"subdivisions": v, "storage": storage, "entries": 64} for v in (1, 5, 17, 41) for storage in ("array", "hash")]
+    for nodes in (4, 9, 25) for growth, by in ((0.0, "axis"), (0.24, "volume"), (1.0, "axis"))]
+    + [{"nodes": 9, "delay": delay, "seed": seed} for delay in (3000, 200_000) for seed in range(2)]
+    + [{"subdivisions": v, "storage": storage, "entries": 64} for v in (1, 17) for storage in ("array", "hash")]
     + [{"nodes": 9, "is_stealing": False}, {"nodes": 9, "buffer": 340}], ids=str)
 def test_the_picture_equals_the_one_node_picture(changes):
     run = run_small(**changes)
@@ -40,27 +44,27 @@ def test_the_picture_equals_the_one_node_picture(changes):
     assert run.state.counts[ts.LIVE] == 0
 
 
-@pytest.mark.parametrize("seed", range(2, 8))
+@pytest.mark.parametrize("seed", [2, 3])
 def test_drawn_scenes_have_the_picture_of_one_node_too(seed):
     one, many = (run_small(seed, glass=0.2, nodes=nodes, growth=0.3) for nodes in (1, 16))
     assert one.sums.tobytes() == many.sums.tobytes()
     assert one.rays == many.rays
 
 
-@pytest.mark.parametrize("deepest", [0, 1, 2, 8])
+@pytest.mark.parametrize("deepest", [0, 1, 8])
 def test_no_ray_is_deeper_than_the_largest_level_and_cut_rays_return_their_colour(deepest):
     run = run_small(deepest=deepest, log=10_000)
     assert run.log[run.log[:, 5] == 0, 4].max() == min(deepest, run.log[run.log[:, 5] == 0, 4].max())
-    assert np.abs(run.sums / SCALE - picture(drawn_scene(1), (24, 20), deepest=deepest)).max() < 40 / SCALE
+    assert np.abs(run.sums / SCALE - picture(drawn_scene(1), SIZE, deepest=deepest)).max() < 40 / SCALE
 
 
 def test_rays_of_small_contributions_are_not_made():
     rays = [run_small(least=least).rays for least in (0.0, 0.01, 0.3)]
     assert rays[0] > rays[1] > rays[2]
-    assert np.abs(run_small(least=0.3).sums / SCALE - picture(drawn_scene(1), (24, 20), least=0.3)).max() < 40 / SCALE
+    assert np.abs(run_small(least=0.3).sums / SCALE - picture(drawn_scene(1), SIZE, least=0.3)).max() < 40 / SCALE
 
 
-@pytest.mark.parametrize(("nodes", "size"), [(1, (5, 7)), (4, (5, 7)), (9, (24, 20)), (16, (10, 9))])
+@pytest.mark.parametrize(("nodes", "size"), [(1, (5, 7)), (4, (5, 7)), (9, SIZE), (16, (10, 9))])
 def test_each_pixel_has_one_primary_ray_and_nodes_differ_by_a_row_and_a_column_at_most(nodes, size):
     boxes = node_boxes(drawn_scene(1), side=round(nodes ** 0.5), size=size)
     order, starts = spiral_order(boxes, size)
@@ -92,13 +96,14 @@ def test_primaries_begin_in_the_box_of_the_node_that_has_their_pixel(nodes, grow
     for _, _, node, pixel, level, is_shadow in run.log.tolist():
         if level == 0 and not is_shadow:
             first.setdefault(pixel, node)
-    order, starts = spiral_order(run.boxes, (24, 20))
+    order, starts = spiral_order(run.boxes, SIZE)
     owner = {pixel: node for node in range(nodes) for pixel in order[starts[node]:starts[node + 1]].tolist()}
     assert first == owner
     # They enter at the front of the box, between the rays through the corners of the node's pixels.
     for pixel, node in owner.items():
-        row, column = divmod(pixel, 20)
-        point = np.array([((2 * column + 1) / 20 - 1) * 20 / 24, (2 * row + 1) / 24 - 1]) * 0.35 * run.boxes.front
+        row, column = divmod(pixel, SIZE[1])
+        at = ((2 * column + 1) / SIZE[1] - 1) * SIZE[1] / SIZE[0], (2 * row + 1) / SIZE[0] - 1
+        point = np.array(at) * 0.35 * run.boxes.front
         assert (run.boxes.inner[node, 0, :2] <= point).all()
         assert (point <= run.boxes.inner[node, 1, :2]).all()
 
@@ -126,26 +131,26 @@ def test_shadow_rays_are_traced_first():
 
 
 def test_idle_nodes_are_given_rows_and_each_pixel_is_traced_once():
-    runs = [run_small(3, nodes=4, growth=0.6, size=(40, 40), is_stealing=steals, log=100_000)
+    runs = [run_small(3, nodes=4, growth=0.6, size=(24, 24), is_stealing=steals, log=100_000)
             for steals in (True, False)]
     assert runs[0].state.tallies[:, ts.GIVEN].sum() > 0
     assert runs[1].state.tallies[:, ts.GIVEN].sum() == 0
     for run in runs:
-        assert run.state.tallies[:, ts.PRIMARIES].sum() == 1600
+        assert run.state.tallies[:, ts.PRIMARIES].sum() == 24 * 24
         assert run.state.is_started.all()
     assert runs[0].sums.tobytes() == runs[1].sums.tobytes()
-    assert runs[0].state.tallies[:, ts.PRIMARIES].max() > 400
+    assert runs[0].state.tallies[:, ts.PRIMARIES].max() > 24 * 24 / 4
 
 
 def test_given_primaries_begin_in_the_box_of_their_new_node():
-    run = run_small(3, nodes=4, growth=0.6, size=(40, 40), log=100_000)
+    run = run_small(3, nodes=4, growth=0.6, size=(24, 24), log=100_000)
     seen = set()
     for _, _, node, pixel, level, is_shadow in run.log.tolist():
         if level or is_shadow or pixel in seen:
             continue
         seen.add(pixel)
-        row, column = divmod(pixel, 40)
-        point = np.array([(2 * column + 1) / 40 - 1, (2 * row + 1) / 40 - 1]) * 0.35 * run.boxes.front
+        row, column = divmod(pixel, 24)
+        point = np.array([(2 * column + 1) / 24 - 1, (2 * row + 1) / 24 - 1]) * 0.35 * run.boxes.front
         assert (run.boxes.grown[node, 0, :2] <= point).all()
         assert (point <= run.boxes.grown[node, 1, :2]).all()
 
@@ -162,7 +167,7 @@ def test_packets_have_up_to_21_values_and_black_is_not_sent():
 
 
 def test_overlaps_reduce_hand_overs_and_cost_memory():
-    runs = [run_small(nodes=4, growth=growth, size=(60, 60), is_stealing=False) for growth in (0.02, 0.24, 1.0)]
+    runs = [run_small(nodes=4, growth=growth, size=(24, 24), is_stealing=False) for growth in (0.02, 0.24, 1.0)]
     passed = [int(run.state.tallies[:, ts.PASSED].sum()) for run in runs]
     assert passed[0] > passed[1] > passed[2] > 0
     held = [int(run.grids.held.sum()) for run in runs]

@@ -6,6 +6,8 @@ from golden.errors import InputError
 from golden.machines.torus import torus_state as ts
 from tb.golden.machines.torus.torus_cases import run_small
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def test_nodes_block_while_a_buffer_is_full_and_go_on():
     small, large = (run_small(nodes=4, size=(40, 40), delay=400_000, buffer=buffer) for buffer in (1024, 1 << 16))
@@ -20,7 +22,7 @@ def test_a_deadlock_of_small_buffers_is_named():
 
 
 def test_a_packet_is_sent_when_it_has_21_values():
-    tallies = run_small(nodes=4).state.tallies
+    tallies = run_small(nodes=4, size=(24, 20)).state.tallies
     values, packets = tallies[:, ts.VALUES], tallies[:, ts.PACKETS]
     assert (packets == -(-values // 21)).all()
     # Packets of 20 or 22 values would be other numbers.

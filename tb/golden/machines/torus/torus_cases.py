@@ -5,7 +5,10 @@ import numpy as np
 from golden.machines.torus.torus_run import TorusSetup, simulate_torus
 from golden.machines.torus.torus_scene import TorusScene
 
-__all__ = ["drawn_scene", "run_small"]
+__all__ = ["SIZE", "drawn_scene", "run_small"]
+
+# Rows and columns of pixels.
+SIZE = 12, 10
 
 
 def drawn_scene(seed, *, spheres=6, polygons=14, glass=0.0):
@@ -31,6 +34,6 @@ def drawn_scene(seed, *, spheres=6, polygons=14, glass=0.0):
 
 
 def run_small(drawn=1, *, glass=0.0, log=0, **changes):
-    """A picture of 24 x 20 pixels of a drawn scene."""
-    setup = {"nodes": 4, "size": (24, 20), "subdivisions": 5, **changes}
+    """A small picture of a drawn scene."""
+    setup = {"nodes": 4, "size": SIZE, "subdivisions": 5, **changes}
     return simulate_torus(drawn_scene(drawn, glass=glass), TorusSetup(**setup), log=log)
