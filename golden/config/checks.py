@@ -20,8 +20,8 @@ def check_range(group: str, name: str, value: object, low: int, high: int):
         raise InputError(_message(group, name, f"{low} to {high}", value))
 
 
-def check_power_of_two(group: str, name: str, value: object, low: int, high: int):
-    """The parameter ``group``.``name`` is a power of two from ``low`` to ``high``.
+def check_power_of_two(group: str, name: str, value: object, low: int, high: int, *, or_zero: bool = False):
+    """The parameter ``group``.``name`` is a power of two from ``low`` to ``high``, or 0 if that may be.
 
     Raises
     ------
@@ -30,9 +30,12 @@ def check_power_of_two(group: str, name: str, value: object, low: int, high: int
     InputError
         It is out of range, or no power of two.
     """
-    check_range(group, name, value, low, high)
+    check_int(_label(group, name), value)
+    either = "0, or " if or_zero else ""
+    if not (low <= value <= high or (or_zero and value == 0)):
+        raise InputError(_message(group, name, f"{either}{low} to {high}", value))
     if value & (value - 1):
-        raise InputError(_message(group, name, "a power of two", value))
+        raise InputError(_message(group, name, f"{either}a power of two", value))
 
 
 def check_choice(group: str, name: str, value: object, choices: tuple[str, ...]):

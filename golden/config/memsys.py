@@ -85,9 +85,7 @@ class Memsys:
                                 ("own_cells", 16, 1 << 20), ("own_entries", 16, 1 << 20), ("own_patches", 16, 8192),
                                 ("store_requests", 2, 64), ("reply_ids", 2, 16), ("bus_requests", 1, 16)):
             check_power_of_two("memsys", name, getattr(self, name), low, high)
-        check_range("memsys", "store_patches", self.store_patches, 0, 8192)
-        if self.store_patches:
-            check_power_of_two("memsys", "store_patches", self.store_patches, 2, 8192)
+        check_power_of_two("memsys", "store_patches", self.store_patches, 2, 8192, or_zero=True)
         for name, low, high in (("lfu_count_bits", 2, 8), ("cache_generation_bits", 1, 8),
                                 ("filter_generation_bits", 1, 8)):
             check_range("memsys", name, getattr(self, name), low, high)

@@ -12,7 +12,7 @@ from golden.ctu.sector import Sector
 from golden.ctu.unit import CellTraversalUnit
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
-from golden.jobs.result_formats import HitFormat
+from golden.jobs.result_formats import HitFormat, exceeding
 from golden.memory_map.layout import ALIGNMENT, FRUSTUM_FIELDS, Field, Region
 from golden.memory_map.records import frustum_fields, make_records
 from golden.memsys.cell_table import CellTable
@@ -206,7 +206,11 @@ RULES = (
     Rule("kind", "kind must be 0 or 1", lambda one, config: one["kind"] in tuple(Kind)),
     Rule("hit_format", "hit_format must be 0 to 3", lambda one, config: one["hit_format"] in tuple(HitFormat),
          _FRUSTUM),
+    Rule("hit_format", "the machine's numbers must have at most the bits of hit_format",
+         lambda one, config: not exceeding(config, one["hit_format"], sums=False), _FRUSTUM),
     Rule("sums", "sums must be 0 or 1", lambda one, config: one["sums"] <= 1, _FRUSTUM),
+    Rule("sums", "sums must be 0 if the machine's patch ids have more bits than those of sums",
+         lambda one, config: not exceeding(config, HitFormat.NONE, sums=bool(one["sums"])), _FRUSTUM),
     Rule("context", "context must be 0", lambda one, config: one["context"] == 0),
     Rule("cluster", f"cluster must be below the number of clusters, or {ANY_CLUSTER:#x}",
          lambda one, config: one["cluster"] < config.noc.nodes or one["cluster"] == ANY_CLUSTER),

@@ -14,8 +14,8 @@ from golden.icu.patch_sums import SUM_BITS
 from golden.memory_map.layout import Field, Region
 
 __all__ = ["FULL_HIT", "NO_PATCH", "PATCH_SHIFT", "HitFormat", "ResultCommand",
-           "check_config", "pack_hits", "pack_sums", "result_beats", "result_bytes", "scatter_sums", "section_rays",
-           "unpack_hits", "unpack_ids", "unpack_sums"]
+           "check_config", "exceeding", "pack_hits", "pack_sums", "result_beats", "result_bytes", "scatter_sums",
+           "section_rays", "unpack_hits", "unpack_ids", "unpack_sums"]
 
 
 class HitFormat(IntEnum):
@@ -48,6 +48,20 @@ PATCH_SHIFT = SUM_BITS
 _SUM_PATCH_BITS = 64 - PATCH_SHIFT
 
 
+def exceeding(config: Config, hit_format: HitFormat, *, sums: bool) -> list[tuple[str, int, int, str]]:
+    """What of a configuration has more bits than a format: of numbers their name, their bits, those of the format and
+    its name.
+    """
+    numbers, icu, widths = config.numbers, config.icu, []
+    if hit_format == HitFormat.COMPACT:
+        widths += [(name, bits, _COMPACT[field][0], "hits of 8 bytes") for name, bits, field in (
+            ("stored inverse distances", numbers.inverse.width, "inverse"), ("u and v", icu.uv_bits, "u"),
+            ("patch ids", icu.patch_bits, "patch"))]
+    if sums:
+        widths.append(("patch ids", icu.patch_bits, _SUM_PATCH_BITS, "sums"))
+    return [one for one in widths if one[1] > one[2]]
+
+
 def check_config(config: Config, hit_format: HitFormat, *, sums: bool) -> None:
     """Refuse results that do not fit their formats.
 
@@ -56,17 +70,8 @@ def check_config(config: Config, hit_format: HitFormat, *, sums: bool) -> None:
     InputError
         Numbers of the configuration have more bits than the format.
     """
-    numbers, icu = config.numbers, config.icu
-    widths = []
-    if hit_format == HitFormat.COMPACT:
-        widths += [("stored inverse distances", numbers.inverse.width, _COMPACT["inverse"][0]),
-                   ("u and v", icu.uv_bits, _COMPACT["u"][0]), ("patch ids", icu.patch_bits, _COMPACT["patch"][0])]
-    if sums:
-        widths.append(("patch ids", icu.patch_bits, _SUM_PATCH_BITS))
-    for name, bits, most in widths:
-        if bits > most:
-            raise InputError(f"results: {name.capitalize()} must have at most {most} bits in "
-                             f"{'sums' if most == _SUM_PATCH_BITS else 'hits of 8 bytes'}, not {bits}")
+    for name, bits, most, where in exceeding(config, hit_format, sums=sums):
+        raise InputError(f"results: {name.capitalize()} must have at most {most} bits in {where}, not {bits}")
 
 
 def pack_hits(hits: FixedHits, hit_format: HitFormat) -> np.ndarray:

@@ -14,8 +14,6 @@ from hw.registers.error_code import ErrorCode
 
 __all__ = ["DescriptorCheck"]
 
-# The largest number of a format of hits.
-LAST_HIT_FORMAT = 3
 
 
 class DescriptorCheck(wiring.Component):
@@ -75,7 +73,8 @@ class DescriptorCheck(wiring.Component):
         rules = {}
         for name, is_wrong, everywhere in (
                 ("version", lambda value: value != VERSION, True), ("kind", lambda value: value > Kind.LOAD, True),
-                ("hit_format", lambda value: value > LAST_HIT_FORMAT, False), ("sums", lambda value: value > 1, False),
+                ("hit_format", lambda value: ~value.matches(*self._formats.hit_formats), False),
+                ("sums", lambda value: value > self._formats.sums, False),
                 ("context", lambda value: value != 0, True),
                 ("cluster", lambda value: ((value >= nodes) | (is_load & (value != 0))) & (value != ANY_CLUSTER),
                  True),

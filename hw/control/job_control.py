@@ -214,7 +214,7 @@ class JobControl(wiring.Component):
         """A load is offered, read, and over; that of a resume has no record."""
         load, given = Signal.like(self.o_load.payload), self.i_load.payload
         self._load = {name: Signal(name=f"load_{name}") for name in ("offered", "read", "over", "resumes")}
-        self._loading, self._load_tag, self._complete = Signal(), Signal(32), Signal()
+        self._load_tag = Signal(32)
         phases, over = self._load, self.load_over
         self._has_load = has_load = Signal()
         self._reads, self._load_fault, number = Signal(), Signal(ErrorCode), Signal.like(over.payload.address)

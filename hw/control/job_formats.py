@@ -6,6 +6,7 @@ from amaranth.lib.data import StructLayout
 from golden.config import Config
 from golden.jobs.completion import COMPLETION
 from golden.jobs.descriptor import DESCRIPTOR, Kind
+from golden.jobs.result_formats import HitFormat, exceeding
 from golden.memory_map import REGIONS
 from hw.control.control_formats import ControlFormats
 from hw.ctu.ctu_formats import CtuFormats
@@ -58,6 +59,10 @@ class JobFormats:
 
     Members
     -------
+    hit_formats
+        Numbers of the formats of hits that have the bits of the configuration's numbers.
+    sums
+        The largest value of ``sums``, likewise.
     cluster
         Bits of the number of a cluster.
     fetched
@@ -87,6 +92,8 @@ class JobFormats:
 
     def __init__(self, config: Config):
         control, formats = ControlFormats(config), CtuFormats(config)
+        self.hit_formats = [one.value for one in HitFormat if not exceeding(config, one, sums=False)]
+        self.sums = int(not exceeding(config, HitFormat.NONE, sums=True))
         address, near = config.memory.address_bits, config.ctu.near_cell_bits
         self.cluster = PathFormats(config).cluster
         self.fetched = StructLayout({"index": range(NEAR_INDEX + 1), "data": WORD_BITS, "last": 1, "error": 1})

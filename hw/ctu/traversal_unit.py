@@ -64,7 +64,7 @@ class TraversalUnit(wiring.Component):
     """
 
     def __init__(self, *, config: Config, pipelines: int = 1):
-        self._config, formats = config, CtuFormats(config)
+        formats = CtuFormats(config)
         self._back = RayTraversal(config=config, pipelines=pipelines)
         self._subshells = SubshellGenerator(config=config)
         self._windows = SubshellWindows(config=config) if config.ctu.subshells else None

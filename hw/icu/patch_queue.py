@@ -44,7 +44,7 @@ class PatchQueue(wiring.Component):
 
     def __init__(self, *, config: Config, depth: int = 8):
         formats = IcuFormats(config)
-        self._slots, self._depth = config.icu.slots, depth
+        self._slots = config.icu.slots
         super().__init__({
             "i": In(stream.Signature(formats.patch_vertex)),
             "o": Out(stream.Signature(StructLayout({"slot": formats.slot, "index": 2, "item": formats.patch_vertex}),

@@ -62,7 +62,7 @@ class SettleMap(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        self._config, self._formats, self._tag = config, IcuFormats(config), tag
+        self._config, self._formats = config, IcuFormats(config)
         formats, tiles = self._formats, config.icu.rays >> 2 * config.icu.tile_bits
 
         def items(fields):

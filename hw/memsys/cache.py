@@ -30,6 +30,10 @@ class Cache(wiring.Component):
     A fetch reserves a slot for the whole record before it is requested. So fills are always accepted, in any order of
     the slots.
 
+    A record that could not be fetched is an error for the requests that were accepted before its reply was due. Then
+    no request is accepted until those in flight have been answered, and all lines are emptied: the next request for
+    the record fetches it again.
+
     Parameters
     ----------
     beat, beats
@@ -47,7 +51,8 @@ class Cache(wiring.Component):
     -------
     i_invalidate : In, stream of `CachePolicy`
         Empties all lines, clears the counters, and sets the policy; a policy that is not built is replaced by the first
-        one that is. Accepted when no request is in flight. Requests are accepted after the first one.
+        one that is. Accepted when no request is in flight, but not while lines are emptied after an error. Requests are
+        accepted after the first one.
     i : In, stream of ``tag``, ``key``
         Requests.
     o : Out, stream of ``tag``, ``record``, ``line``, ``hit``, ``error``
@@ -126,27 +131,32 @@ class Cache(wiring.Component):
         m.submodules.answers = answers = Queue(answer, depth=self.capacity)
         m.submodules.missed = missed = Queue(self._key, depth=self.capacity)
         m.d.comb += gate.i_return.valid.eq(answers.o.valid & answers.o.ready)
-        policy = self._add_start(m, gate, placements := dict(self._placements()))
+        failed = Signal()
+        policy = self._add_start(m, gate, placements := dict(self._placements()), failed)
         self._add_lookup(m, gate, placements, policy, answers, missed)
-        self._add_data(m, answers, missed)
+        self._add_data(m, answers, missed, failed)
         return m
 
-    def _add_start(self, m, gate, placements):
-        """Invalidations wait for all requests, and requests for invalidations. Returns the policy."""
-        ready, idle, taken = Signal(), Signal(), Signal()
+    def _add_start(self, m, gate, placements, failed):
+        """Lines are emptied by an invalidation, and when a fetch has failed: that waits for all requests, and requests
+        for that. Returns the policy.
+        """
+        ready, idle, starts, accepts, taken = Signal(), Signal(), Signal(), Signal(), Signal()
         policy = Signal(CachePolicy, init=self._policies[0])
         m.d.comb += [
-            idle.eq(gate.level == 0), self.i_invalidate.ready.eq(idle), gate.i.payload.eq(self.i.payload),
+            idle.eq(gate.level == 0), starts.eq((self.i_invalidate.valid | failed) & idle), accepts.eq(idle),
+            self.i_invalidate.ready.eq(accepts & ~failed), gate.i.payload.eq(self.i.payload),
             taken.eq(self.i_invalidate.valid & self.i_invalidate.ready)]
-        with m.If(ready & ~self.i_invalidate.valid):
+        with m.If(ready & ~self.i_invalidate.valid & ~failed):
             m.d.comb += [gate.i.valid.eq(self.i.valid), self.i.ready.eq(gate.i.ready)]
         for name, placement in placements.items():
             m.submodules[name] = placement
-            m.d.comb += placement.i_start.valid.eq(taken)
+            m.d.comb += placement.i_start.valid.eq(starts & accepts)
             if name == "sets":
-                m.d.comb += [placement.direct.eq(policy == CachePolicy.DIRECT),
-                             placement.i_start.valid.eq(self.i_invalidate.valid & idle),
-                             self.i_invalidate.ready.eq(idle & placement.i_start.ready)]
+                m.d.comb += [placement.direct.eq(policy == CachePolicy.DIRECT), placement.i_start.valid.eq(starts),
+                             accepts.eq(idle & placement.i_start.ready)]
+        with m.If(starts & accepts):
+            m.d.sync += failed.eq(0)
         with m.If(taken):
             m.d.sync += [ready.eq(1), policy.eq(self._policies[0])]
             for built in self._policies:
@@ -173,8 +183,8 @@ class Cache(wiring.Component):
         with m.If(self.i_invalidate.valid & self.i_invalidate.ready):
             m.d.sync += [self.hits.eq(0), self.misses.eq(0)]
 
-    def _add_data(self, m, answers, missed):
-        """Fetches, and the records of the answers in order."""
+    def _add_data(self, m, answers, missed, failed):
+        """Fetches, and the records of the answers in order; whether one has ``failed``."""
         fetches, beats = self._fetches, self._beats
         # Slots are assigned, filled and freed in a ring; their number is a power of two.
         newest, awaited = Signal(self._slot), Signal(self._slot)
@@ -204,6 +214,8 @@ class Cache(wiring.Component):
         m.d.comb += filled.error.eq(errors.bit_select(slot[0], 1))
         with m.If(takes & ~answers.o.payload.hit):
             m.d.sync += [present.bit_select(awaited, 1).eq(0), awaited.eq(awaited + 1)]
+            with m.If(errors.bit_select(awaited, 1)):
+                m.d.sync += failed.eq(1)
         with m.If(self.i_fill.valid):
             m.d.sync += errors.bit_select(fill.slot, 1).eq(
                 fill.error | ((fill.beat != 0) & errors.bit_select(fill.slot, 1)))

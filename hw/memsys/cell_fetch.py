@@ -20,8 +20,8 @@ CELL_BITS, ENTRY_BITS = 3, 2
 class CellFetch(wiring.Component):
     """Reads the record of each cell, then the entries of the requested part of its list.
 
-    A list that is not within the patch lists is an error, and so is a cell or a part that does not exist; for these no
-    transaction is issued.
+    A list that is not within the patch lists is an error, and so is a cell or a part that does not exist, or the last
+    part that can be named of a list that has more; for these no transaction is issued.
 
     Parameters
     ----------
@@ -118,9 +118,9 @@ class CellFetch(wiring.Component):
                 m.next = "Count"
             with m.State("Count"):
                 fits = left[:WORD] <= self._ids
-                m.d.sync += [part.slot.eq(oldest.fetch.slot), part.error.eq(failed | wrong),
-                             part.count.eq(Mux(failed | wrong, 0, Mux(fits, left, self._ids))),
-                             part.more.eq(~fits & ~(failed | wrong))]
+                error = failed | wrong | (~fits & oldest.fetch.key.part.all())
+                m.d.sync += [part.slot.eq(oldest.fetch.slot), part.error.eq(error),
+                             part.count.eq(Mux(error, 0, Mux(fits, left, self._ids))), part.more.eq(~fits & ~error)]
                 m.next = "Request"
             with m.State("Request"):
                 requests = part.count != 0

@@ -57,7 +57,7 @@ class DeferredStore(wiring.Component):
 
     def __init__(self, shape, *, depth: int, tag):
         check_integer("Depth", depth, minimum=1)
-        self._shape, self._depth, self._tag = shape, depth, tag
+        self._depth, self._tag = depth, tag
         #: Of ``chain`` in all streams.
         self.chain = StructLayout({"some": 1, "first": range(depth), "last": range(depth)})
         super().__init__({

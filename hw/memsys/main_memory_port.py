@@ -72,7 +72,7 @@ class MainMemoryPort(wiring.Component):
     """
 
     def __init__(self, *, config: Config, tag):
-        self._config, self._formats, self._tag = config, MemoryFormats(config), tag
+        self._config, self._formats = config, MemoryFormats(config)
         formats = self._formats
         super().__init__({
             "i_read": In(stream.Signature(formats.request(tag))), "o_read": Out(stream.Signature(formats.reply(tag))),

@@ -41,7 +41,7 @@ class PatchTable(wiring.Component):
     """
 
     def __init__(self, *, config: Config):
-        self._config, self._formats = config, PathFormats(config)
+        self._formats = PathFormats(config)
         formats = self._formats
         super().__init__({
             "i_load": In(stream.Signature(formats.list_load, always_ready=True)),

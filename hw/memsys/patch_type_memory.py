@@ -52,7 +52,7 @@ class PatchTypeMemory(wiring.Component):
 
     def __init__(self, *, config: Config):
         formats, icu = PathFormats(config), Formats(config)
-        self._config, self._formats = config, formats
+        self._config = config
         super().__init__({
             "cluster": In(formats.cluster),
             "i_load": In(stream.Signature(formats.type_load, always_ready=True)),

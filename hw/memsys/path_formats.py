@@ -53,7 +53,7 @@ class PathFormats:
         self._formats = formats = Formats(config)
         self.cell_bits = memsys.scene_cells.bit_length() - 1
         self.listed_bits = formats.patch.width + 1
-        # No list is longer than there are patches.
+        # Enough for a list of all patches. Of a longer one the last part that can be named is an error.
         self.part_bits = max(1, self.listed_bits - (memsys.reply_ids.bit_length() - 1))
         self.entry_bits = memsys.own_entries.bit_length() - 1
         self.own_patch_bits = memsys.own_patches.bit_length() - 1

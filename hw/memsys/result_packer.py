@@ -71,7 +71,7 @@ class ResultPacker(wiring.Component):
     def __init__(self, *, config: Config, group_bits: int):
         check_integer("Group bits", group_bits, minimum=0)
         self._config, self._group_bits = config, group_bits
-        self._formats = formats = ResultFormats(config)
+        formats = ResultFormats(config)
         super().__init__({
             "i": In(stream.Signature(formats.section_extent)), "i_hit": In(stream.Signature(formats.hit)),
             "i_sum": In(stream.Signature(formats.section_sum)), "discard": In(1),

@@ -56,7 +56,7 @@ class OutputPort(wiring.Component):
     def __init__(self, *, bits: int, channels: int, sources: int, depth: int, single_cycle: bool = False,
                  policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
         self._policy, self._single_cycle = policy, single_cycle
-        self._bits, self._channels, self._sources, self._depth = bits, channels, sources, depth
+        self._channels, self._sources, self._depth = channels, sources, depth
         head = StructLayout({"valid": 1, "first": 1, "last": 1, "channel": range(channels)})
         super().__init__({
             "heads": In(ArrayLayout(head, sources)), "grant": Out(sources), "data": In(ArrayLayout(bits, sources)),

@@ -75,7 +75,7 @@ class Router(wiring.Component):
         if router_cycles not in (1, 2):
             raise ValueError(f"Router cycles must be 1 or 2, not {router_cycles!r}")
         self._routing, self._node, self._bits, self._depth = routing, node, bits, depth
-        self._messages, self._policy, self._single_cycle = messages, policy, router_cycles == 1
+        self._policy, self._single_cycle = policy, router_cycles == 1
         self._channels = messages * routing.virtual_channels
         ports = len(routing.topology.ports)
         links = stream.Signature(link(bits, self._channels), always_ready=True)

@@ -20,7 +20,7 @@ An exported engine has the same table in SystemRDL, `radiosity_engine.rdl` ([Ver
 
 Registers of more than 32 bits take two words, the low one first. An access to an address without a register and a
 write to a read-only register are answered with SLVERR and change nothing. Bytes without a strobe keep their value,
-those of a command are 0.
+those of a command are 0; a write without strobes changes nothing and is no command.
 
 {registers}
 ## A job

@@ -17,7 +17,7 @@ class Registers(wiring.Component):
 
     An access to an address without a register, or a write to a read-only register, is answered with SLVERR; it changes
     nothing and reads as 0. The low two bits of an address are ignored. Bytes without a strobe keep their value; of a
-    command they are 0.
+    command they are 0, and a write without strobes is none.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Registers(wiring.Component):
                             with m.If(acts):
                                 m.d.sync += target[bits].eq((target[bits] & ~mask) | (data & mask))
                         elif register.access in (Access.COMMAND, Access.CONTROL):
-                            m.d.comb += [known.eq(1), target.valid.eq(acts)]
+                            m.d.comb += [known.eq(1), target.valid.eq(acts & strobe.any())]
         for register in self._registers:
             if register.access in (Access.COMMAND, Access.CONTROL):
                 m.d.comb += getattr(self, register.name).payload.eq(data & mask)

@@ -18,6 +18,8 @@ from tb.lib.timing import documented_latency
 CLUSTERS = 3
 CONFIG = PRESETS["tiny"].replace({"noc.columns": CLUSTERS, "noc.rows": 1})
 SIDE = 1 << CONFIG.icu.side_bits
+# Numbers that do not fit all formats of results.
+WIDE = CONFIG.replace({"icu.uv_bits": 9, "icu.patch_bits": 23})
 
 
 class Dispatch:
@@ -212,7 +214,25 @@ def test_every_rule_at_its_limit(dispatch):
     for one in ones:
         refusal = check_descriptor(one, CONFIG)
         broken |= {refusal and refusal.reason}
+    broken |= {check_descriptor(one, WIDE).reason for one in results(draw) if check_descriptor(one, WIDE)}
     assert broken == {None, *(rule.about for rule in RULES)}
+
+
+def results(draw):
+    """A descriptor for each form of results."""
+    return [changed(descriptor(CONFIG, draw), hit_format=hits, sums=sums) for hits in range(4) for sums in range(2)]
+
+
+@pytest.mark.parametrize("config", [WIDE, CONFIG.replace({"icu.patch_bits": 23}), CONFIG.replace({"icu.uv_bits": 9})],
+                         ids=["both", "patches", "positions"])
+def test_results_that_the_machine_cannot_represent_are_refused(config):
+    ones, refusals = results(random.Random(5)), []
+    for one in ones:
+        refusal = check_descriptor(one, config)
+        refusals += [(ErrorCode[refusal.code].value, refusal.byte)] if refusal else []
+    found = Dispatch(config).run(ones)
+    assert [(value["code"], value["number"]) for _, event, value in found if event == "refused"] == refusals
+    assert 0 < len(refusals) < len(ones)
 
 
 @pytest.mark.parametrize(("gaps", "slow"), [(0, 0), (0.5, 0), (0.1, 0.7)])

@@ -24,8 +24,9 @@ MESSAGES = [
     ("memsys.own_cells=131072", "configuration: Own cells (memsys.own_cells) must be at most memsys.scene_cells "
                                 "(65536), not 131072"),
     ("memsys.reply_ids=6", "configuration: Reply ids (memsys.reply_ids) must be a power of two, not 6"),
-    ("memsys.store_patches=1", "configuration: Store patches (memsys.store_patches) must be 2 to 8192, not 1"),
-    ("memsys.store_patches=96", "configuration: Store patches (memsys.store_patches) must be a power of two, not 96"),
+    *((f"memsys.store_patches={value}",
+       f"configuration: Store patches (memsys.store_patches) must be 0, or {rule}, not {value}")
+      for value, rule in ((1, "2 to 8192"), (16384, "2 to 8192"), (96, "a power of two"))),
     ("memsys.store_requests=1", "configuration: Store requests (memsys.store_requests) must be 2 to 64, not 1"),
     ("memory.data_bits=96", "configuration: Data bits (memory.data_bits) must be a power of two, not 96"),
     ("memory.data_bits=1024", "configuration: Data bits (memory.data_bits) must be 64 to 512, not 1024"),
@@ -75,7 +76,7 @@ def test_a_parameter_is_within_its_documented_range_and_not_beyond_its_ends(path
             refused = ""
         except InputError as error:
             refused = str(error)
-        says_range = re.search(rf"\({re.escape(path)}\) must be (0|{low}) to {high}, not {value}$", refused)
+        says_range = re.search(rf"\({re.escape(path)}\) must be (0, or )?(0|{low}) to {high}, not {value}$", refused)
         assert bool(says_range) == (value in beyond), refused
 
 

@@ -1,5 +1,6 @@
 import random
 import re
+from collections import Counter
 
 import cocotb
 import numpy as np
@@ -14,7 +15,10 @@ from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
 from tb.lib.payload import pack, unpack
+from tb.lib.responder import Responder
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.seed import SEED
 from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
@@ -41,11 +45,6 @@ def make(size):
 def record_of(key, epoch, beats):
     """What memory holds: other data after each invalidation."""
     return [(key * 40503 + beat * 9973 + epoch * 6151) % (1 << WIDTH) for beat in range(beats)]
-
-
-def fails(key, epoch):
-    """Whether a record cannot be fetched."""
-    return (key + epoch) % 13 == 0
 
 
 class Store:
@@ -86,10 +85,8 @@ class Store:
             if due and (self._shuffles or due[0] is self._due[0]):
                 one = self._random.choice(due) if self._shuffles else due[0]
                 _, slot, key, beat = one
-                epoch = self._bench.epoch
-                bad = fails(key, epoch) and (beat == key % beats)
-                self._payload.value = pack(self._fill, {
-                    "slot": slot, "beat": beat, "data": record_of(key, epoch, beats)[beat], "error": bad})
+                data = record_of(key, self._bench.epoch, beats)[beat]
+                self._payload.value = pack(self._fill, {"slot": slot, "beat": beat, "data": data, "error": 0})
                 one[3] += 1
                 if one[3] == beats:
                     self._due.remove(one)
@@ -131,7 +128,7 @@ class Bench:
         hit, line, _ = golden.access(keys)
         return [pack(self._o, {
             "tag": (first + number) % (1 << self.size["tag"]), "record": record_of(int(key), epoch, self.size["beats"]),
-            "line": int(address), "hit": bool(held), "error": fails(int(key), epoch)})
+            "line": int(address), "hit": bool(held), "error": 0})
             for number, (key, address, held) in enumerate(zip(keys, line, hit, strict=True))], hit
 
     async def finish(self, sink, expected):
@@ -297,6 +294,39 @@ async def invalidations_at_any_time(dut):
 @pytest.mark.parametrize("size", SIZES)
 def test_in_the_simulator(size, simulator):
     simulate(make(SIZES[size]), MODULE, CASES, simulator=simulator, name=f"cache-{size}-{simulator}", size=SIZES[size])
+
+
+@pytest.mark.parametrize("policy", CachePolicy, ids=lambda policy: policy.name)
+def test_a_record_that_could_not_be_fetched_is_fetched_again(policy):
+    """An error is answered to requests that were accepted before its first answer, and to none after it; the others get
+    what a fetch of their record has brought.
+    """
+    beats, draw = 2, random.Random(f"{SEED} {policy.name}")
+    dut = Cache(12, beats=beats, config=config_of({"memsys.lfu_count_bits": 2, "memsys.cache_fetches": 4}), lines=8,
+                key=4, tag=1, policies=(policy,))
+    failed, fetched = [], Counter()
+
+    def fill(fetch):
+        fetched[fetch["key"]] += 1
+        number, bad = len(failed), draw.choice((-1, -1, 0, 1))
+        failed.append(bad >= 0)
+        return [{"slot": fetch["slot"], "beat": beat, "data": number, "error": beat == bad} for beat in range(beats)]
+
+    bench = ScheduleBench(dut, idle_limit=60)
+    keys = [draw.choice((draw.randrange(3), draw.randrange(16))) for _ in range(200)]
+    schedule = Schedule(items={"i": [(draw.choice((0, 0, 0, 9)), {"key": key}) for key in keys]},
+                        stalls={"o": [draw.choice((0, 0, 2)) for _ in keys]}, first={"i_invalidate": [policy.value]})
+    came = bench.run(schedule, Responder("o_fetch", "i_fill", fill, after=(0, 12)))["o"]
+    assert len(came) == len(keys)
+    ended = {}
+    for key, answer, accepted, cycle in zip(keys, came, bench.cycles["i"], bench.cycles["o"], strict=True):
+        (number,) = {*answer["record"]}
+        assert answer["error"] == failed[number]
+        assert accepted < ended.get((key, number), cycle) or not answer["error"], "an error is answered too late"
+        if answer["error"]:
+            ended.setdefault((key, number), cycle)
+    assert 10 < len(ended) < sum(answer["error"] for answer in came), "more than one request waits for an error"
+    assert fetched.total() == sum(not answer["hit"] for answer in came)
 
 
 @pytest.mark.parametrize(("changes", "message"), [

@@ -144,3 +144,16 @@ def test_parts_of_lists(latency):
     if latency == 1:
         assert times["request"][0] - times["in"][0] == dut.latency == documented_latency(CellFetch, CONFIG)
         assert times["reply"][0] + 5 in times["request"]
+
+
+def test_a_list_of_more_parts_than_can_be_named_ends_with_an_error():
+    """Otherwise the part behind the last one would be the first one again."""
+    parts = 1 << FORMATS.part_bits
+    count = 4 * parts
+    image, bases = scene_image([0, 0], [count, count + 1], [0] * (count + 1), patches(random.Random(1), 1), [0])
+    keys = [{"cell": cell, "part": part} for cell in range(2) for part in (parts - 2, parts - 1)]
+    came, _ = fetch(CellFetch(config=CONFIG), keys, image, {
+        "cells_base": BASE + bases["cells"], "lists_base": BASE + bases["lists"],
+        "scene": {"cells": 2, "lists": count + 1, "patches": 1}}, ids="array", latency=1)
+    assert [{(data["more"], bad) for data, bad in beats} for beats in came] == [
+        {(1, 0)}, {(0, 0)}, {(1, 0)}, {(0, 1)}]

@@ -36,7 +36,7 @@ class RegisterModel:
         mask = sum(0xFF << 8 * byte for byte in range(WORD_BYTES) if strobe >> byte & 1)
         fits = (1 << register.width) - 1
         if register.access in (Access.COMMAND, Access.CONTROL):
-            return OKAY, (register.name, data & mask & fits)
+            return OKAY, (register.name, data & mask & fits) if strobe else None
         kept = self.held[register.name] & ~(mask << DATA_BITS * word)
         self.held[register.name] = (kept | (data & mask) << DATA_BITS * word) & fits
         return OKAY, None

@@ -145,6 +145,19 @@ LIMITS = [
 ]
 
 
+# Of a machine whose numbers do not fit all formats.
+WIDE = CONFIG.replace({"icu.uv_bits": 9, "icu.patch_bits": 23})
+COMPACT = {"hit_format": HitFormat.COMPACT, "sums": 0}
+
+
+@pytest.mark.parametrize("change", [{"icu.uv_bits": 9}, {"numbers.fraction_bits": 19}, {"icu.patch_bits": 23}])
+def test_results_that_the_machine_cannot_represent_are_refused(frustum, change):
+    config = CONFIG.replace(change)
+    assert (check_descriptor(changed(frustum, **COMPACT), config) is None) == ("icu.patch_bits" in change)
+    refusal = check_descriptor(changed(frustum, hit_format=HitFormat.FULL, sums=1), config)
+    assert (refusal and refusal.byte) == (DESCRIPTOR.dtype.fields["sums"][1] if "icu.patch_bits" in change else None)
+
+
 @pytest.mark.parametrize(("field", "change", "code"), LIMITS, ids=lambda value: str(value))
 def test_every_rule_at_its_limit_and_beyond(frustum, field, change, code):
     refusal = check_descriptor(changed(frustum, **change), CONFIG)
@@ -157,6 +170,8 @@ def test_every_rule_at_its_limit_and_beyond(frustum, field, change, code):
 def test_every_rule_is_broken_above(frustum):
     broken = {check_descriptor(changed(frustum, **change), CONFIG).reason for _, change, code in LIMITS if code}
     broken.add(check_descriptor(changed(load_descriptor(64, 1), cluster=1), CONFIG).reason)
+    broken |= {check_descriptor(changed(frustum, **change), WIDE).reason for change in (
+        COMPACT, {"hit_format": HitFormat.NONE, "sums": 1})}
     assert broken == {rule.about for rule in RULES}
 
 
