@@ -10,6 +10,7 @@ from golden.input_warnings import warn
 from golden.light.tone import tone_map
 from golden.light.two_pass import RenderResult, RenderSettings, render
 from golden.output import check_inputs_stay, check_named_once, check_outputs, whole_file
+from golden.scene.lights import PointLight
 from golden.scene.luminaires.luminaire import Luminaire
 from golden.scene.open import open_scene
 from golden.scene.scene import Scene
@@ -55,9 +56,9 @@ class View:
             opened = replace(opened, background=self.sky)
         for light in (self.daylight, *self.luminaires):
             opened = opened if light is None else light.scene(opened, efficacy)
-        if self.luminaires and opened.size > LONGEST:
+        if opened.size > LONGEST and any(isinstance(light, PointLight) for light in opened.lights):
             warn(f"scene {opened.name!r}: it is {opened.size:g} long, and a length counts as a metre for "
-                 "luminaires; in another unit they are too dark")
+                 f"{'luminaires' if self.luminaires else 'its point lights'}; in another unit they are too dark")
         return opened
 
     @property

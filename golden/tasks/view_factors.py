@@ -7,7 +7,7 @@ from pathlib import Path
 from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.files import check_view_factors_output, write_view_factors
-from golden.light.factors.units import in_metres
+from golden.light.factors.units import METRES, in_metres
 from golden.light.factors.view_factors import ViewFactors
 from golden.peak_memory import peak_memory
 from golden.plural import counted
@@ -131,10 +131,13 @@ class ViewFactorTask:
                    "sky_error": factors.largest_sky_error, "largest_change": factors.largest_change,
                    "sky_change": factors.sky_change, "infeasible": factors.infeasible.tolist(),
                    "missed": factors.missed.tolist(), "sky_missed": factors.sky_missed.tolist(),
-                   "back": factors.back.max(),
+                   "back": factors.back.max(), "area": factors.area.sum(),
+                   "length": self.scene.size * METRES[self._unit],
                    "seconds": time.perf_counter() - self._began, "peak_memory": peak_memory()}
         report = {"output": self._output, "scene": self._name, "method": method, **figures}
         lines = [f"{self._output}: {counted(len(factors), 'patch')}, {factors.F.nnz} entries",
+                 f"area {figures['area']:.4g} m2 in a scene {figures['length']:.4g} m long: its unit of length is "
+                 f"taken as {self._unit} (--unit)",
                  f"closure {factors.closure:.1e}, reciprocity {factors.reciprocity:.1e}"]
         if factors.error is not None:
             lines.append(f"estimated error {factors.largest_error:.1e}, of the sky {factors.largest_sky_error:.1e}; "

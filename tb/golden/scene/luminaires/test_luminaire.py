@@ -1,4 +1,5 @@
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ from golden.light.direct import DirectLight
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
+from golden.scene.lights import PointLight
 from golden.scene.luminaires.luminaire import Luminaire
+from golden.tasks import render
 from golden.tasks.render import View
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 from tb.golden.scene.luminaires.texts import eulumdat, ies
@@ -75,6 +78,18 @@ def test_a_scene_that_seems_to_be_in_millimetres_is_named(tmp_path, scale):
     assert [str(warning.message) for warning in caught] == ([] if scale == 1 else [
         "scene 'room': it is 4000 long, and a length counts as a metre for luminaires; in another unit they are too "
         "dark"])
+
+
+def test_a_file_s_point_lights_in_millimetres_are_named(monkeypatch):
+    """An area that emits, and a sky, give the same light in any unit."""
+    opened = scene_of((rectangle((0, 0, 0), (4000, 0, 0), (0, 4000, 0)), BLACK))
+    lit = replace(opened, lights=(PointLight(position=(1, 1, 1), intensity=(1.0, 1, 1)),))
+    for scene, expected in ((opened, 0), (lit, 1)):
+        monkeypatch.setattr(render, "open_scene", lambda name, up, scene=scene: scene)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            View().scene("room", 1.0)
+        assert ["a metre for its point lights" in str(warning.message) for warning in caught] == [True] * expected
 
 
 def test_a_luminaire_without_light_is_named(tmp_path):
