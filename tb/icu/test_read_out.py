@@ -295,7 +295,7 @@ def run(changes, simulator="verilator", tests=()):
 
 def test_in_verilator():
     """Those that take longest are in `make sim`."""
-    run({}, tests=("every_section", "one_per_cycle"))
+    run({}, tests=("every_section", "the_same_ray_after_every_number_of_cycles", "one_per_cycle"))
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS)

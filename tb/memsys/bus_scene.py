@@ -1,14 +1,13 @@
 """A drawn scene in memory, requests of clusters for its cells and patches, and what must come of them."""
 
 import random
-from itertools import pairwise
 
 import numpy as np
 
 from golden.config import Config
 from golden.memsys.cache import Cache
 from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
-from tb.lib.payload import pack, unpack
+from tb.lib.payload import pack
 from tb.memsys.memory_path import scene_image
 
 __all__ = ["BusScene"]
@@ -78,23 +77,3 @@ class BusScene:
             data = data or [None]
         return [{**common, "data": one, "last": int(number == len(data) - 1), "error": int(failed)}
                 for number, one in enumerate(data)]
-
-    def check(self, kind: RequestKind, mine: list[tuple[int, int]], hit, beats: list[dict],
-              failed=lambda kind, key: False, *, errors: bool = False) -> int:
-        """Compare the beats of all replies of one kind; with ``errors`` any reply may be an error.
-
-        Returns
-        -------
-        The number of errors that are expected only so.
-        """
-        wrong, ends = 0, [k + 1 for k, beat in enumerate(beats) if beat["last"]]
-        replies = [beats[a:b] for a, b in pairwise([0, *ends])]
-        for (cluster, key), held, reply in zip(mine, hit, replies, strict=True):
-            expected = self.reply(kind, cluster, key, held, failed=failed(kind, key))
-            if errors and reply[0]["error"] > expected[0]["error"]:
-                expected, wrong = self.reply(kind, cluster, key, held, failed=True), wrong + 1
-            for beat, other in zip(reply, expected, strict=True):
-                if kind is RequestKind.CELL and other["data"] is None:
-                    assert not unpack(self._formats.cell_beat, beat["data"])["is_id"], (kind, key)
-                assert beat == {**other, "data": beat["data"] if other["data"] is None else other["data"]}, (kind, key)
-        return wrong

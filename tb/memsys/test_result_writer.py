@@ -1,4 +1,4 @@
-"""What memory holds after the results of some sections; `tb.memsys.test_results_at_memory` has the port too."""
+"""What memory holds after the results of some sections."""
 
 from collections import Counter
 from dataclasses import replace
