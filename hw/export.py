@@ -10,21 +10,21 @@ from amaranth.hdl import Elaboratable
 from amaranth.lib import wiring
 
 from hw.lib.black_box import flatten
-from hw.verilog_text import add_zero_loops, merge_equal_words, remove_empty_wires, trigger_constants
+from hw.verilog_text import add_zero_loops, merge_equal_words, remove_empty_wires, wait_for_nothing
 from hw.zero_memories import omit_zeros
 
 __all__ = ["verilog_of"]
 
 
 def verilog_of(component: wiring.Component, name: str, *, port_name: Callable[[str], str] = str) -> str:
-    """A component as the module ``name``.
+    """A component as the module ``name``, in SystemVerilog.
 
     Its ports have the names of its members, joined by two underscores, or what ``port_name`` makes of them.
     """
     os.environ["AMARANTH_USE_YOSYS"] = "builtin"
     with omit_zeros() as omitted, _without_collection():
         text = verilog.convert(_Flat(component, port_name), name=name, emit_src=False, strip_internal_attrs=True)
-    return add_zero_loops(merge_equal_words(trigger_constants(remove_empty_wires(text))), omitted.count)
+    return add_zero_loops(merge_equal_words(wait_for_nothing(remove_empty_wires(text))), omitted.count)
 
 
 @contextmanager

@@ -1,17 +1,18 @@
 """Corrections of the Verilog that Yosys writes, each for a form that simulators get wrong or that wastes space.
 
-Yosys has no options for them, and its passes that would avoid these forms turn case statements into chains of
-multiplexers, which simulate slowly. All corrections match whole declarations or statements in the form of
+Yosys has no options for them. All corrections match whole declarations or statements in the form of
 ``write_verilog``; `tb.package.test_export` simulates each of them.
 """
 
 import re
 from itertools import groupby
 
-__all__ = ["add_zero_loops", "merge_equal_words", "remove_empty_wires", "trigger_constants"]
+__all__ = ["add_zero_loops", "merge_equal_words", "remove_empty_wires", "wait_for_nothing", "without_ram_styles"]
 
 # Words of a memory with the same initial value become a loop if there are more of them.
 _FEW = 8
+# Iterations of a loop: Quartus accepts 5,000 and Vivado 65,536.
+_MOST = 1024
 
 
 def remove_empty_wires(text: str) -> str:
@@ -19,29 +20,23 @@ def remove_empty_wires(text: str) -> str:
     return re.sub(r"(?m)^ *(?:wire|reg) \[-1:0\] .*\n", "", text)
 
 
-def trigger_constants(text: str) -> str:
-    """Let an ``always @*`` that assigns a constant run once: without an operand it would never run.
+def wait_for_nothing(text: str) -> str:
+    """Let combinational blocks be those of SystemVerilog, which run at time 0.
 
-    Yosys gives a module with such blocks a register that changes at the start of simulation, and other blocks depend on
-    it.
+    An ``always @*`` waits for an event first. For Verilog 2005 Yosys writes a register that changes at time 0, on which
+    each of them depends; in SystemVerilog its initial value is there before, and nothing ever runs.
 
     Raises
     ------
     RuntimeError
-        A module has no such register.
+        A block has another form.
     """
-    always = re.compile(r"(?m)^  always @\*\n    (.* = \d+'\w+;)\n")
-    register = re.compile(r"(?m)^  reg (\S+dump_module\S+ ) = 0;$")
-    modules = re.split(r"(?m)^(?=module )", text)
-    for number, module in enumerate(modules):
-        if always.search(module):
-            trigger = register.search(module)
-            if trigger is None:
-                raise RuntimeError("Yosys must write a register that changes at the start of simulation, and has not")
-            wait = f"    if ({trigger[1]}) begin end"
-            modules[number] = always.sub(lambda found, wait=wait: (
-                f"  always @* begin\n{wait}\n    {found[1]}\n  end\n"), module)
-    return "".join(modules)
+    text = re.sub(r"(?m)^  reg \S+dump_module\S+ +(?:= 0)?;\n", "", text)
+    text = re.sub(r"(?m)^    if \(\S+dump_module\S+ +\) begin end\n", "", text)
+    text = re.sub(r"(?m)^  always @\*(?= begin$|$)", "  always_comb", text)
+    if "@*" in text or "dump_module" in text:
+        raise RuntimeError("Yosys must write combinational blocks in the form that is known, and has not")
+    return text
 
 
 def merge_equal_words(text: str) -> str:
@@ -59,8 +54,8 @@ def merge_equal_words(text: str) -> str:
             lines += [line for _, line in run]
             continue
         memory, ahead, value = what
-        lines += [f"    begin : same_words_{blocks}", "      integer k;",
-                  f"      for (k = {run[0][0] + ahead}; k <= {run[-1][0] + ahead}; k = k + 1) {memory}[k] = {value};",
+        lines += [f"    begin : same_words_{blocks}",
+                  *(f"      {line}" for line in _loops(memory, run[0][0] + ahead, run[-1][0] + ahead, value)),
                   "    end"]
         blocks += 1
     return "\n".join(lines) + "\n"
@@ -77,11 +72,28 @@ def add_zero_loops(text: str, count: int) -> str:
     def begins(found):
         declared, width, memory, last = found.groups()
         label = f"\\zeros_{memory[1:]} " if memory.startswith("\\") else f"zeros_{memory}"
-        return (f"{declared}  initial begin : {label}\n    integer k;\n"
-                f"    for (k = 0; k <= {last}; k = k + 1) {memory} [k] = {int(width or 0) + 1}'h0;\n  end\n")
+        lines = _loops(f"{memory} ", 0, int(last), f"{int(width or 0) + 1}'h0")
+        return f"{declared}  initial begin : {label}\n{''.join(f'    {line}{chr(10)}' for line in lines)}  end\n"
 
     text, done = re.subn(
         r"(?m)^(  reg (?:\[(\d+):0\] )?(\S+) +\[(\d+):0\];\n)(?!  initial begin\n    (?:begin|\S+ ?\[))", begins, text)
     if done != count:
         raise RuntimeError(f"{count} memories must be without initial values, not {done}")
     return text
+
+
+def without_ram_styles(text: str) -> str:
+    """Leave the kind of each memory to the tools: not all know the attribute, and those of other vendors refuse it."""
+    return re.sub(r"(?m)^ *\(\* ram_style = \S+ \*\)\n", "", text)
+
+
+def _loops(memory, first, last, value):
+    """Statements that give words of a memory a value, in loops of at most `_MOST` iterations."""
+    rows, rest = divmod(last + 1 - first, _MOST)
+    if not rows:
+        return ["integer k;", f"for (k = {first}; k <= {last}; k = k + 1) {memory}[k] = {value};"]
+    lines = ["integer j, k;", f"for (j = 0; j < {rows}; j = j + 1)",
+             f"  for (k = {first}; k <= {first + _MOST - 1}; k = k + 1) {memory}[{_MOST} * j + k] = {value};"]
+    if rest:
+        lines.append(f"for (k = {first + rows * _MOST}; k <= {last}; k = k + 1) {memory}[k] = {value};")
+    return lines

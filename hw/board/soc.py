@@ -74,12 +74,12 @@ def build_soc(config: Config, folder: Path, *, litex: Path, hertz: int, baud: in
         check_options(options, has_constraints=True)
     _run_litex(litex, "-c", "import litedram, litex_boards.platforms.radiona_ulx3s", folder=Path.cwd())
     with stage("export"):
-        write_core("engine", config=config, preset=PRESET, folder=folder)
+        write_core("engine", config=config, preset=PRESET, folder=folder, ram_styles=True)
     made = folder / "litex_soc" / "ulx3s"
     with stage("LiteX"):
         _run_litex(litex, "ulx3s.py", made.name, "--clock", str(hertz), "--baud", str(baud), "--revision", revision,
                    folder=made.parent)
-    sources = folder / "radiosity_engine.v", made / "gateware" / "top.v"
+    sources = folder / "radiosity_engine.sv", made / "gateware" / "top.v"
     constraints = made / "gateware" / "top.lpf"
     facts = {"output": [str(path) for path in (*sources, constraints)]}
     if routes:

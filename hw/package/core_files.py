@@ -13,7 +13,9 @@ from hw.package.readme import readme
 from hw.package.software.software_files import software_files
 from hw.package.tops import TOPS
 from hw.package.vhdl_component import vhdl_component
+from hw.plain_verilog import plain_verilog
 from hw.registers.system_rdl import system_rdl
+from hw.verilog_text import without_ram_styles
 
 __all__ = ["PERIOD_NS", "core_files", "write_core"]
 
@@ -36,7 +38,7 @@ CROSSING_WAIVERS = {
 }
 
 
-def write_core(top: str, *, config: Config, preset: str, folder: Path) -> list[Path]:
+def write_core(top: str, *, config: Config, preset: str, folder: Path, ram_styles: bool = False) -> list[Path]:
     """Write `core_files` into a folder.
 
     Returns
@@ -46,7 +48,7 @@ def write_core(top: str, *, config: Config, preset: str, folder: Path) -> list[P
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    for name, content in core_files(top, config=config, preset=preset).items():
+    for name, content in core_files(top, config=config, preset=preset, ram_styles=ram_styles).items():
         paths.append(folder / name)
         paths[-1].parent.mkdir(exist_ok=True)
         if isinstance(content, str):
@@ -57,7 +59,7 @@ def write_core(top: str, *, config: Config, preset: str, folder: Path) -> list[P
     return paths
 
 
-def core_files(top: str, *, config: Config, preset: str) -> dict[str, str | bytes]:
+def core_files(top: str, *, config: Config, preset: str, ram_styles: bool = False) -> dict[str, str | bytes]:
     """The contents of a core's files by their paths in its folder; the same every time.
 
     Parameters
@@ -68,19 +70,24 @@ def core_files(top: str, *, config: Config, preset: str) -> dict[str, str | byte
         The configuration.
     preset
         What it was made from, to be named.
+    ram_styles
+        Memories have the attribute ``ram_style``, which not all tools accept.
     """
     name, about = f"radiosity_{top}", TOPS[top].about
     text = TOPS[top].verilog(config, name)
+    if not ram_styles:
+        text = without_ram_styles(text)
     head = f"// {about}.\n// Radiosity Engine {core_version()}, preset {preset}. Parameters and ports: {name}.json\n\n"
-    text = head + text
+    text, plain = head + text, head + plain_verilog(text)
     facts = manifest(top, name, config=config, preset=preset, text=text)
     files = {
-        f"{name}.v": text,
+        f"{name}.sv": text,
+        f"{name}.v": plain,
         f"{name}.json": json.dumps(facts, indent=1) + "\n",
         f"{name}.vlt": "".join(["`verilator_config\n", *(
-            f"// {why[0].upper()}{why[1:]}.\nlint_off -rule {rule} -file \"*{name}.v\"\n"
+            f"// {why[0].upper()}{why[1:]}.\nlint_off -rule {rule} -file \"*{name}.*v\"\n"
             for rule, why in (WAIVERS | (CROSSING_WAIVERS if TOPS[top].buses else {})).items())]),
-        f"{name}.f": f"{name}.v\n",
+        f"{name}.f": f"{name}.sv\n",
         f"{name}.sdc": _constraints(TOPS[top].clocks),
         f"{name}.xdc": _constraints(TOPS[top].clocks),
         f"{name}.lpf": "".join(f'FREQUENCY PORT "{clock}" {1000 / PERIOD_NS:g} MHZ;\n' for clock in TOPS[top].clocks),
@@ -113,7 +120,7 @@ description: {json.dumps(about)}
 filesets:
   rtl:
     files:
-      - {name}.v: {{file_type: verilogSource-2005}}
+      - {name}.sv: {{file_type: systemVerilogSource}}
   waivers:
     files:
       - {name}.vlt: {{file_type: vlt}}

@@ -40,7 +40,7 @@ def manifest(top: str, name: str, *, config: Config, preset: str, text: str) -> 
     config, preset
         The configuration, and what it was made from.
     text
-        The Verilog.
+        The SystemVerilog.
     """
     ports = [{"name": "clk", "direction": "input", "width": 1}, {"name": "rst", "direction": "input", "width": 1}]
     ports += inspect(lambda: TOPS[top].make(config), _ports)

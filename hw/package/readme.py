@@ -17,8 +17,9 @@ Written by `radiosity verilog --top {top} {settings}` of Radiosity Engine {versi
 
 | file | is |
 |---|---|
-| `{name}.v` | all modules, Verilog 2005, nothing else is needed; `{name}.f` lists it |
-| `{name}.json` | ports, parameters, latencies{more}, digest of the Verilog |
+| `{name}.sv` | all modules in SystemVerilog, nothing else is needed; `{name}.f` lists it |
+| `{name}.v` | the same in Verilog 2005, for tools without SystemVerilog |
+| `{name}.json` | ports, parameters, latencies{more}, digest of `{name}.sv` |
 | `{name}.sdc`, `.xdc`, `.lpf` | the clock, {mhz:g} MHz, for Quartus and others, Vivado, and nextpnr |
 | `{name}.core` | for FuseSoC; its target `lint` runs Verilator{simulation} |
 | `{name}.vhd` | a VHDL package with the component `{name}`, by which a VHDL design instantiates it |
@@ -73,7 +74,7 @@ _HOST = """
 
 `make -C example check` needs Verilator 5, make, gcc and g++ (`VERILATOR=PATH` names another Verilator){job}. It
 
-1. translates `{name}.v` to C++ and compiles it: minutes, but once for all jobs;
+1. translates `{name}.sv` to C++ and compiles it: minutes, but once for all jobs;
 2. compiles the driver, and `example/cast_job.c` and `main.cpp` with the addresses of `job.h`;
 3. copies `job.bin` into the simulated main memory, gives the engine rings and windows, writes the doorbell, and waits
    for an interrupt for each completion record;

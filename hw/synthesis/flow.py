@@ -186,12 +186,12 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
 
 def verilog_bitstream(sources: tuple[Path, ...], constraints: str, folder: Path, name: str, *, seed: int,
                       options: tuple[str, ...]) -> tuple[Area, Clock]:
-    """`bitstream` of Verilog: the files in ``sources`` have the module ``top`` and all that it instantiates.
+    """`bitstream` of SystemVerilog: the files in ``sources`` have the module ``top`` and all that it instantiates.
 
     The placement is timing-driven, the route routability-driven. ``options`` must have the target clock as ``--freq``,
     which is the only one of clocks that a PLL makes when they are routed.
     """
-    read = [f'read_verilog -defer "{source.resolve()}"' for source in sources]
+    read = [f'read_verilog -sv -defer "{source.resolve()}"' for source in sources]
     netlist = _netlist(read, folder, name, FAMILIES["ecp5"])
     return _pack(netlist, constraints, seed=seed, options=options, router=_ROUTABILITY_DRIVEN)
 

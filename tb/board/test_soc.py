@@ -65,7 +65,7 @@ def tools(monkeypatch):
         calls.append((arguments, options))
         return Area(lut=51, ff=52, dsp=53, bram=54), Clock(seed=3, mhz=41.25, path="a to b")
 
-    def write_core(top, *, config, preset, folder):
+    def write_core(top, *, config, preset, folder, ram_styles):
         (folder / "litex_soc").mkdir(parents=True)
         (folder / "litex_soc" / "ulx3s.py").touch()
 
@@ -117,7 +117,7 @@ def test_the_command_has_litex_and_the_tools_make_a_bitstream(litex, tools, tmp_
     assert (tmp_path / "words").read_text().splitlines()[1] == (
         "ulx3s.py ulx3s --clock 41000000 --baud 500000 --revision 1.7")
     ((sources, constraints, where, name), options), = tools
-    assert sources == (folder / "radiosity_engine.v", made / "gateware" / "top.v")
+    assert sources == (folder / "radiosity_engine.sv", made / "gateware" / "top.v")
     assert (constraints, where, name) == ("LOCATE", made, "soc")
     assert options == {"seed": 3, "options": ("--freq", "41", *NEXTPNR)}
     figures = json.loads((made / "soc.figures.json").read_text())
@@ -132,7 +132,7 @@ def test_the_command_has_litex_and_the_tools_make_a_bitstream(litex, tools, tmp_
 def test_the_verilog_alone_needs_no_tools(litex, tools, tmp_path):
     done = run("--no-bitstream", "--litex", litex(), "-o", tmp_path / "out")
     assert not tools
-    assert [path.rpartition("/")[2] for path in done.stdout.splitlines()] == ["radiosity_engine.v", "top.v", "top.lpf"]
+    assert [path.rpartition("/")[2] for path in done.stdout.splitlines()] == ["radiosity_engine.sv", "top.v", "top.lpf"]
 
 
 @pytest.mark.parametrize(("arguments", "message"), [

@@ -47,8 +47,7 @@ _FLAGS = {
     # Few files: one for each of a thousand modules takes the compiler twenty times as long.
     "verilator": ["-Wno-fatal", "--fno-inline", "--x-assign", "fast", "--x-initial", "fast", "--noassert",
                   "--output-groups", "6"],
-    # Under later versions of the language what is constant at time 0 never gets a value.
-    "icarus": ["-g2005"],
+    "icarus": ["-g2012"],
 }
 # Testbenches are short: a precompiled header saves little with few files, and the compiler crashes over that of large
 # memories.
@@ -154,7 +153,7 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
     if failed and not visible:
         simulation.run(module, tests, name, SEED, given, explains=True)
     if failed and not waves and not visible:
-        # Icarus writes waveforms only in a version of the language in which it runs the rest wrongly.
+        # Those of Verilator have names for the parts of payloads.
         Simulation(text, "verilator", waves=True).run(module, tests, name, SEED, given)
     if failed:
         pytest.fail(f"{name}: {', '.join(failed)} failed in {simulator}; waves in {WAVES / name}\n"

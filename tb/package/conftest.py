@@ -12,7 +12,7 @@ from golden.config import PRESETS
 from hw.package.core_files import write_core
 from hw.package.manifest import manifest
 from hw.package.tops import TOPS
-from tb.package.exported_engine import CONFIG
+from tb.package.exported_engine import CONFIG, written
 
 
 @pytest.fixture
@@ -52,3 +52,10 @@ def exported(tmp_path_factory) -> Path:
 def core(exported, tmp_path) -> Path:
     """A copy of `exported`."""
     return shutil.copytree(exported, tmp_path / "core")
+
+
+@pytest.fixture(scope="session")
+def router(tmp_path_factory) -> tuple[Path, dict[str, bytes]]:
+    """The folder of an exported router, and its files."""
+    folder = tmp_path_factory.mktemp("router")
+    return folder, written(folder, "--top", "router", "--preset", "small")

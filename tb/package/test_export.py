@@ -13,7 +13,7 @@ from cocotb.triggers import ClockCycles
 
 from hw import zero_memories
 from hw.export import verilog_of
-from hw.verilog_text import add_zero_loops, trigger_constants
+from hw.verilog_text import add_zero_loops, merge_equal_words, wait_for_nothing, without_ram_styles
 from tb.lib.clocking import start
 from tb.lib.runner import SIMULATORS, simulate
 
@@ -99,9 +99,36 @@ def test_no_memory_is_forgotten():
         add_zero_loops("  reg [3:0] words [7:0];\n", 2)
 
 
-def test_a_constant_needs_its_trigger():
-    with pytest.raises(RuntimeError, match=r"^Yosys must write a register that changes"):
-        trigger_constants("module top(o);\n  always @*\n    o = 1'h0;\nendmodule\n")
+def test_a_combinational_block_has_a_known_form():
+    with pytest.raises(RuntimeError, match=r"^Yosys must write combinational blocks in the form that is known"):
+        wait_for_nothing("module top(o);\n  always @* o = 1'h0;\nendmodule\n")
+
+
+def written_words(lines):
+    """The words that loops write, by running the loops."""
+    text = "".join(lines).replace("\n", " ")
+    outer = r"for \(j = 0; j < (?P<rows>\d+); j = j \+ 1\)\s+"
+    inner = r"for \(k = (?P<first>\d+); k <= (?P<last>\d+); k = k \+ 1\) words\s*\[(?:(?P<step>\d+) \* j \+ )?k\]"
+    for found in re.finditer(f"(?:{outer})?{inner}", text):
+        first, last = int(found["first"]), int(found["last"])
+        rows = range(int(found["rows"] or 1))
+        assert max(len(rows), last + 1 - first) <= 5000, "Quartus refuses longer loops"
+        yield from (int(found["step"] or 0) * row + word for row in rows for word in range(first, last + 1))
+
+
+@pytest.mark.parametrize("depth", [1, 1023, 1024, 1025, 4096, 10_000, 1 << 20])
+def test_no_loop_is_longer_than_tools_accept(depth):
+    """Loops that are as long as a memory write each word once."""
+    zeros = add_zero_loops(f"  reg [3:0] words [{depth - 1}:0];\n", 1)
+    assert [*written_words([zeros])] == [*range(depth)]
+    if 8 < depth <= 10_000:
+        equal = merge_equal_words("".join(f"    words[{word + 3}] = 4'h7;\n" for word in range(depth)))
+        assert [*written_words([equal])] == [*range(3, depth + 3)]
+
+
+def test_kinds_of_memories_are_left_to_the_tools():
+    kept = "  (* no_rw_check = 32'd1 *)\n  reg [3:0] words [7:0];\n"
+    assert without_ram_styles(f"  (* ram_style = \"distributed\" *)\n{kept}") == kept
 
 
 @cocotb.test()

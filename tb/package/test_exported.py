@@ -9,7 +9,7 @@ from hw.lib.inspection import inspect
 from hw.package.port_names import port_name
 from hw.package.tops import TOPS
 from tb.lib.runner import SIMULATORS, simulate
-from tb.package.test_core_files import written
+from tb.package.exported_engine import written
 
 CYCLES = 20_000_000
 

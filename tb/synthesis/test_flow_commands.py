@@ -98,7 +98,7 @@ def test_options_with_which_nothing_is_placed_are_named(monkeypatch, tmp_path):
     (lambda folder: bitstream("text", "LOCATE", folder, "board", **OPTIONS), "read_rtlil board.il",
      {"router2/bbMargin/x": "8"}),
     (lambda folder: verilog_bitstream((folder / "a.v",), "LOCATE", folder, "board", **OPTIONS),
-     'read_verilog -defer "{}/a.v"', flow._ROUTABILITY_DRIVEN)], ids=["RTLIL", "Verilog"])
+     'read_verilog -sv -defer "{}/a.v"', flow._ROUTABILITY_DRIVEN)], ids=["RTLIL", "Verilog"])
 def test_a_bitstream_has_its_constraints_and_must_meet_its_clock(commands, monkeypatch, tmp_path, make, read, router):
     """An estimate may miss the clock, a route must not. Only the route of Verilog, a whole SoC, ignores timing."""
     area = FAMILIES["ecp5"].area({})
