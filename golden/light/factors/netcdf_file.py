@@ -28,10 +28,13 @@ _VARIABLES = {
     "from_patch": (("entry",), None, "number of the patch that radiates, from 0"),
     "to_patch": (("entry",), None, "number of the patch that receives, from 0"),
     "sky_patch_view_factor": (("sky_entry",), "1", "share of the radiation leaving sky_from_patch for to_sky_patch"),
+    "sky_patch_view_factor_error": (("sky_entry",), "1", "standard error of sky_patch_view_factor"),
     "sky_from_patch": (("sky_entry",), None, "number of the patch that radiates, from 0"),
     "to_sky_patch": (("sky_entry",), None, "number of the patch of the sky: 0 is below the horizon"),
     "row_sum": (("patch", "sample"), "1", "share of each hemisphere of rays that met a patch"),
 }
+
+_SKY_PATCHES = "sky_patch_view_factor", "sky_patch_view_factor_error"
 
 # Entries of a variable: its bytes must fit in a signed word of 32 bits. More entries continue in further variables.
 _MOST_ENTRIES = (1 << 28) - 1
@@ -59,11 +62,14 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
     sky = None if factors.sky_patches is None else factors.sky_patches.tocoo()
     if sky is not None and sky.nnz:
         values |= {"sky_patch_view_factor": sky.data, "sky_from_patch": sky.row.astype(np.int32),
-                   "to_sky_patch": sky.col.astype(np.int32)}
+                   "to_sky_patch": sky.col.astype(np.int32),
+                   "sky_patch_view_factor_error":
+                   None if factors.sky_patches_error is None else factors.sky_patches_error.data}
     names = np.array([name.encode() for name in factors.surface.tolist()])
     with netcdf_file(path, "w", version=2) as file:
         if sky is not None:
             file.sky_patches = np.int32(sky.shape[1])
+            file.sky_patches_have_errors = np.int8(factors.sky_patches_error is not None)
         file.Conventions, file.title = "CF-1.11", "View factors between patches, with occlusion"
         file.source, file.settings = "radiosity-engine", json.dumps(factors.settings, sort_keys=True)
         file.hidden_error = np.float64(factors.hidden_error)
@@ -105,6 +111,7 @@ def read_netcdf(path: Path) -> ViewFactors:
         values = {name: np.array(variable[:]) for name, variable in file.variables.items()}
         settings, hidden_error = json.loads(file.settings), float(file.hidden_error)
         sky_patches = getattr(file, "sky_patches", None)
+        have_errors = int(getattr(file, "sky_patches_have_errors", 0))
     values = {name: value.astype(value.dtype.newbyteorder("=")) for name, value in values.items()}
     for name in values.keys() & _VARIABLES.keys():
         if f"{name}_2" in values:
@@ -116,14 +123,16 @@ def read_netcdf(path: Path) -> ViewFactors:
     def matrix(name):
         return sparse.coo_array((values[name], pattern), shape=(count, count)).tocsr() if name in values else None
 
-    sky = None
+    sky, sky_error = None, []
     if sky_patches is not None:
-        shares = [values.get(name, []) for name in ("sky_patch_view_factor", "sky_from_patch", "to_sky_patch")]
-        sky = sparse.csr_array((shares[0], shares[1:]), shape=(count, int(sky_patches)), dtype=np.float64)
+        place = [values.get(name, []) for name in ("sky_from_patch", "to_sky_patch")]
+        sky, *sky_error = (sparse.csr_array((values.get(name, []), place), shape=(count, int(sky_patches)),
+                                           dtype=np.float64) for name in _SKY_PATCHES[:1 + have_errors])
     return ViewFactors(F=matrix("view_factor"), error=matrix("view_factor_error"),
                        unprojected=matrix("view_factor_unprojected"), sky=values["sky_view_factor"],
                        unprojected_sky=values.get("sky_view_factor_unprojected"),
-                       sky_error=values.get("sky_view_factor_error"), sky_patches=sky, area=values["area"],
+                       sky_error=values.get("sky_view_factor_error"), sky_patches=sky,
+                       sky_patches_error=sky_error[0] if sky_error else None, area=values["area"],
                        normal=values["normal"], settings=settings, hidden_error=hidden_error,
                        back=values["back_view_factor"], patch=values["scene_patch"].astype(np.int64),
                        front=values["front"].astype(bool),

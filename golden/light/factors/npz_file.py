@@ -21,7 +21,7 @@ def write_npz(factors: ViewFactors, path: Path) -> None:
     """Write an archive with the arrays of SciPy's CSR format and those of `ViewFactors`.
 
     ``error`` and ``unprojected`` hold one number for each entry of ``data``; ``sky_patches_data``, ``_indices``,
-    ``_indptr`` and ``_shape`` are a matrix of their own.
+    ``_indptr`` and ``_shape`` are a matrix of their own, of which ``sky_patches_error`` holds one for each entry.
     """
     matrix = factors.F
     arrays = {"format": np.array(b"csr"), "_is_array": np.array(True), "shape": np.array(matrix.shape),
@@ -31,6 +31,7 @@ def write_npz(factors: ViewFactors, path: Path) -> None:
     arrays |= {name: None if getattr(factors, name) is None else getattr(factors, name).data for name in _MATRICES}
     if factors.sky_patches is not None:
         arrays |= {f"sky_patches_{name}": np.asarray(getattr(factors.sky_patches, name)) for name in _CSR}
+        arrays["sky_patches_error"] = None if factors.sky_patches_error is None else factors.sky_patches_error.data
     with path.open("wb") as file:  # to a path that does not end in .npz savez would add this
         np.savez(file, **{name: value for name, value in arrays.items() if value is not None})
 
@@ -58,7 +59,10 @@ def read_npz(path: Path) -> ViewFactors:
     if "hidden_error" in given:
         given["hidden_error"] = float(given["hidden_error"])
     if "sky_patches_data" in arrays:
-        given["sky_patches"] = _matrix(*(arrays[f"sky_patches_{name}"] for name in _CSR))
+        sky = [arrays[f"sky_patches_{name}"] for name in _CSR]
+        given["sky_patches"] = _matrix(*sky)
+        if "sky_patches_error" in arrays:
+            given["sky_patches_error"] = _matrix(arrays["sky_patches_error"], *sky[1:])
     return ViewFactors(F=_matrix(arrays["data"], *pattern, shape), settings=json.loads(str(arrays["settings"])),
                        **given)
 

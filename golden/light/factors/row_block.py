@@ -29,6 +29,8 @@ class RowBlock:
         standard error.
     sky_patches
         R x P int32: of the rays that left those through each patch of the sky; P = 0 if they are not requested.
+    sky_rays
+        R int64: the rays that may have left, those of the hemisphere and maybe more.
     hidden_error
         R float64: the largest standard error of a factor that segments gave as 0 and that is no entry.
     """
@@ -43,6 +45,7 @@ class RowBlock:
     back: np.ndarray
     sky_error: np.ndarray
     sky_patches: np.ndarray
+    sky_rays: np.ndarray
     hidden_error: np.ndarray
 
     def __getitem__(self, rows: slice) -> "RowBlock":
@@ -51,5 +54,5 @@ class RowBlock:
         entries = slice(self.start[first], self.start[last])
         parts = {name: getattr(self, name)[entries] for name in ("column", "hits", "factor", "error")}
         parts |= {name: getattr(self, name)[first:last]
-                  for name in ("rays", "sky", "back", "sky_error", "sky_patches", "hidden_error")}
+                  for name in ("rays", "sky", "back", "sky_error", "sky_patches", "sky_rays", "hidden_error")}
         return RowBlock(start=self.start[first:last + 1] - self.start[first], **parts)

@@ -19,7 +19,7 @@ from golden.light.factors.projection import project
 from golden.light.factors.row_block import RowBlock
 from golden.light.factors.sides import Sides
 from golden.light.factors.sky_division import SKY_DIVISIONS, SkyDivision
-from golden.light.factors.sky_rays import SkyRays
+from golden.light.factors.sky_rays import SkyRays, patch_errors
 from golden.light.factors.view_factors import CLOSED, ViewFactors
 from golden.light.factors.visibility import visible_shares
 from golden.light.sampling import mix
@@ -142,7 +142,8 @@ class FactorRows:
         start = np.searchsorted(entry, np.arange(count + 1) * width)
         return RowBlock(start=start, column=(entry % width).astype(np.int32), hits=hit[keep],
                         factor=factor[keep], error=error[keep], rays=np.full(count, rays), sky=sky, back=back,
-                        sky_error=sky_error, sky_patches=sky_rays.patches, hidden_error=hidden_error)
+                        sky_error=sky_error, sky_patches=sky_rays.patches, sky_rays=sky_rays.rays,
+                        hidden_error=hidden_error)
 
     def join(self, blocks) -> ViewFactors:
         """The view factors of the blocks of all rows, in their order, closed and reciprocal (`project`)."""
@@ -164,14 +165,17 @@ class FactorRows:
         if open_rows.any():
             # Rows that nothing closes must not pull their factors as far as the errors allow.
             F, sky, back = project(estimate, area=sides.area, ignored=open_rows)
-        patches = np.concatenate([block.sky_patches for block in blocks]) if self._division else None
+        shares = errors = None
+        if self._division:
+            shares, errors = _sky_patches(sky, *(np.concatenate([getattr(block, name) for block in blocks])
+                                                 for name in ("sky_patches", "sky_rays")))
         names = np.array([material.name for material in scene.materials])
         return ViewFactors(F=F, sky=sky, back=back, area=sides.area, normal=sides.normal, patch=sides.patch,
                            front=sides.front, surface=names[scene.material[sides.patch]], error=estimate.error,
                            hidden_error=estimate.hidden_error, unprojected=estimate.F, unprojected_sky=estimate.sky,
                            settings=self.settings,
                            sky_error=np.where(open_rows, estimate.sky_error, estimate.closed_sky_error),
-                           sky_patches=None if patches is None else _shared(sky, patches))
+                           sky_patches=shares, sky_patches_error=errors)
 
     def _refined(self, blocks, again, finer):
         """The blocks with some of their rows measured again, to a share of the error."""
@@ -246,8 +250,9 @@ class FactorRows:
         return rows[row], column
 
 
-def _shared(sky, counts):
-    """Each row's share divided by its counts, as a csr_array."""
+def _sky_patches(sky, counts, rays):
+    """Each row's share of the sky divided by its counts, and the standard errors, as csr_arrays of one pattern."""
     row, column = np.nonzero(counts)
-    return sparse.csr_array((sky[row] / counts.sum(axis=1)[row] * counts[row, column], (row, column)),
-                            shape=counts.shape)
+    scale = sky[row] / counts.sum(axis=1)[row]
+    return (sparse.csr_array((values, (row, column)), shape=counts.shape) for values in (
+        scale * counts[row, column], scale * rays[row] * patch_errors(counts, rays)[row, column]))

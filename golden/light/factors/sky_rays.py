@@ -10,7 +10,7 @@ from golden.light.factors.replicate_shares import replicate_shares
 from golden.light.factors.sides import Sides
 from golden.light.factors.sky_division import SkyDivision
 
-__all__ = ["SkyRays"]
+__all__ = ["SkyRays", "patch_errors"]
 
 # Standard errors by which rays refute a share.
 _REFUTED = 5
@@ -37,12 +37,15 @@ class SkyRays:
     -------
     patches
         R x P int32: rays that left through each of the P patches of the sky; P = 0 without a division.
+    rays
+        R int64: rays of each side that `shares` has counted.
     """
 
     def __init__(self, sides: Sides, caster, row: np.ndarray, use: np.ndarray, *, division: SkyDivision | None = None):
         self._sides, self._caster, self._row, self._use, self._division = sides, caster, row, use, division
         self._left = np.zeros((len(row), REPLICATES), dtype=np.int64)
         self.patches = np.zeros((len(row), 0 if division is None else len(division)), dtype=np.int32)
+        self.rays = np.zeros(len(row), dtype=np.int64)
 
     def add(self, own: np.ndarray, number: np.ndarray, direction: np.ndarray) -> None:
         """Count K rays that left.
@@ -68,8 +71,9 @@ class SkyRays:
                known: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """The share of each side's rays that leave, and its standard error, R float64 each.
 
-        Sides whose error is above the limit get more rays, until it is not or they have ``most``. A known share that
-        the first rays do not refute has no error, and needs rays for a division of the sky alone.
+        Sides whose error, or that of a patch of the sky (`patch_errors`), is above the limit get more rays, until it is
+        not or they have ``most``. A known share that the first rays do not refute has no error, and needs rays for a
+        division of the sky alone.
 
         Parameters
         ----------
@@ -91,10 +95,12 @@ class SkyRays:
                 settled = np.zeros(len(share), dtype=bool) if known is None else (
                     np.abs(known - share) <= _REFUTED * error)
             done = settled if self._division is None else np.zeros(len(share), dtype=bool)
-            short = np.flatnonzero((error > limit) & (cast < most) & ~done)
+            worst = np.maximum(error, patch_errors(self.patches, cast).max(axis=1, initial=0))
+            short = np.flatnonzero((worst > limit) & (cast < most) & ~done)
             if not len(short):
+                self.rays = cast
                 return np.where(settled, 0.0 if known is None else known, share), np.where(settled, 0.0, error)
-            growth = np.clip((error[short] / limit)**2, 1.25, 4)
+            growth = np.clip((worst[short] / limit)**2, 1.25, 4)
             target = np.ceil(cast[short] * growth / REPLICATES).astype(np.int64) * REPLICATES
             more = np.clip(target, REPLICATES, most) - cast[short]
             self._cast(short, cast[short], more)
@@ -113,3 +119,21 @@ class SkyRays:
     @staticmethod
     def _counts(slot, shape):
         return np.bincount(slot, minlength=shape[0] * shape[1]).reshape(shape)
+
+
+def patch_errors(counts: np.ndarray, rays: np.ndarray) -> np.ndarray:
+    """Standard errors of the shares of rays that leave through patches of the sky, R x P float64.
+
+    By Wilson at two standard deviations, as in `golden.light.factors.replicate_shares`: no less than those of rays that
+    fill the hemisphere more evenly than by chance.
+
+    Parameters
+    ----------
+    counts
+        R x P: rays that left through each patch.
+    rays
+        R: all rays of each side.
+    """
+    count = np.asarray(rays, dtype=np.float64)[:, None]
+    share = np.divide(counts, count, out=np.zeros(counts.shape), where=count > 0)
+    return (np.abs(1 - 2 * share) + np.sqrt(count * share * (1 - share) + 1)) / (count + 4)

@@ -49,6 +49,8 @@ class ViewFactors:
     sky_patches
         N x P sparse csr_array: the share that leaves through each patch of the sky, see
         `golden.light.factors.sky_division.SkyDivision`. Rows sum to ``sky``. None if they were not requested.
+    sky_patches_error
+        Standard error of each entry of ``sky_patches``, of the same pattern. None if it is unknown.
     unprojected, unprojected_sky
         ``F`` (sparse, of the same pattern) and ``sky`` as measured, before closure and reciprocity were enforced. None
         if they were not enforced.
@@ -76,6 +78,7 @@ class ViewFactors:
     hidden_error: float = 0.0
     sky_error: np.ndarray | None = None
     sky_patches: sparse.csr_array | None = None
+    sky_patches_error: sparse.csr_array | None = None
     unprojected: sparse.csr_array | None = None
     unprojected_sky: np.ndarray | None = None
     row_sums: np.ndarray | None = None
@@ -88,7 +91,7 @@ class ViewFactors:
                   "surface": (count,), "patch": (count,), "front": (count,), "error": (count, count),
                   "unprojected": (count, count), "unprojected_sky": (count,), "sky_error": (count,)}
         if self.sky_patches is not None:
-            shapes["sky_patches"] = count, self.sky_patches.shape[1]
+            shapes["sky_patches"] = shapes["sky_patches_error"] = count, self.sky_patches.shape[1]
         for name, shape in shapes.items():
             value = getattr(self, name)
             if value is None:
@@ -100,11 +103,11 @@ class ViewFactors:
                 raise InputError(f"view factors: {name} must be finite")
             if name not in ("surface", "normal") and (numbers < 0).any():
                 raise InputError(f"view factors: {name} must be at least 0")
-        for name in ("error", "unprojected"):
-            value = getattr(self, name)
-            if value is not None and not (np.array_equal(value.indptr, self.F.indptr)
-                                          and np.array_equal(value.indices, self.F.indices)):
-                raise InputError(f"view factors: {name} must have the pattern of F")
+        for name, of in (("error", "F"), ("unprojected", "F"), ("sky_patches_error", "sky_patches")):
+            value, whole = getattr(self, name), getattr(self, of)
+            if value is not None and not (whole is not None and np.array_equal(value.indptr, whole.indptr)
+                                          and np.array_equal(value.indices, whole.indices)):
+                raise InputError(f"view factors: {name} must have the pattern of {of}")
 
     def __len__(self) -> int:
         return len(self.area)
@@ -150,10 +153,16 @@ class ViewFactors:
 
     @cached_property
     def sky_missed(self) -> np.ndarray:
-        """The rows whose estimated error of the sky is above the requested one; none if none was requested."""
+        """The rows whose estimated error of the sky, or of a patch of it, is above the requested one.
+
+        None if none was requested.
+        """
         if self.sky_error is None or "sky_error" not in self.settings:
             return np.zeros(0, dtype=np.int64)
-        return np.flatnonzero(2 * self.sky_error > _MISSED * self.settings["sky_error"])
+        worst = self.sky_error
+        if self.sky_patches_error is not None:
+            worst = np.maximum(worst, self.sky_patches_error.max(axis=1).toarray().ravel())
+        return np.flatnonzero(2 * worst > _MISSED * self.settings["sky_error"])
 
     @cached_property
     def largest_change(self) -> float | None:

@@ -18,6 +18,7 @@ def three_sides(**changed) -> ViewFactors:
         "surface": np.array(["sun", "Wand süd", ""]), "unprojected_sky": np.array([0.08, 0, 0]),
         "sky_error": np.array([0.01, 0.004, 0]),
         "sky_patches": sparse.csr_array([(0, 0.04, 0, 0.02), (0,) * 4, (0,) * 4]),
+        "sky_patches_error": sparse.csr_array([(0, 0.003, 0, 0.001), (0,) * 4, (0,) * 4]),
         "patch": np.array([0, 1, 0]), "front": np.array([True, True, False]), "hidden_error": 0.001,
         "error": sparse.csr_array((matrix.data / 100, matrix.indices, matrix.indptr), shape=(3, 3)),
         "unprojected": sparse.csr_array((matrix.data * 1.01, matrix.indices, matrix.indptr), shape=(3, 3)),

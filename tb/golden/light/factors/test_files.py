@@ -21,9 +21,10 @@ def same(one, other):
 
 @pytest.mark.parametrize("suffix", [".npz", ".nc"])
 @pytest.mark.parametrize("changed", [
-    {}, {"error": None, "unprojected": None, "unprojected_sky": None, "sky_error": None, "sky_patches": None},
-    {"sky_patches": sparse.csr_array((3, 4))}],
-                         ids=["all", "plain", "dark"])
+    {}, {"error": None, "unprojected": None, "unprojected_sky": None, "sky_error": None, "sky_patches": None,
+         "sky_patches_error": None},
+    {"sky_patches_error": None}, dict.fromkeys(("sky_patches", "sky_patches_error"), sparse.csr_array((3, 4)))],
+                         ids=["all", "plain", "without errors of the sky", "dark"])
 def test_what_is_written_is_read(tmp_path, suffix, changed):
     path, factors = tmp_path / f"F{suffix}", three_sides(**changed)
     write_view_factors(factors, path)

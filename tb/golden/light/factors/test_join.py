@@ -22,6 +22,7 @@ def block(rows, *, sky=0, back=0, hidden=0.0):
                     hits=np.array(hits, int), factor=np.array(factor, float), error=np.array(error, float),
                     rays=np.full(len(rows), RAYS), sky=np.full(len(rows), sky / RAYS), back=np.full(len(rows), back),
                     sky_error=np.full(len(rows), sky / 1e4), sky_patches=np.zeros((len(rows), 0), int),
+                    sky_rays=np.full(len(rows), RAYS),
                     hidden_error=np.full(len(rows), hidden))
 
 

@@ -90,6 +90,23 @@ def test_a_square_under_a_bare_sky_sees_each_patch_by_its_height():
     assert found.sum() == 1
 
 
+def test_shares_of_patches_of_the_sky_have_errors_that_bound_them_as_requested():
+    """A level square sees a patch of the sky between two heights by the difference of their sines' squares."""
+    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0))], BLACK))
+    heights = np.radians(np.append(np.arange(0, 85, 12), 90))
+    exact = np.repeat(np.diff(np.sin(heights)**2) / [30, 30, 24, 24, 18, 12, 6, 1], [30, 30, 24, 24, 18, 12, 6, 1])
+    for sky_error in (4e-3, 1e-3):
+        found = compute_view_factors(rows_of(scene, error=1e-2, sky_error=sky_error, sky_patches="tregenza"))
+        share, error = (values.toarray()[0, 1:] for values in (found.sky_patches, found.sky_patches_error))
+        assert 0.5 * sky_error < 2 * error.max() <= sky_error
+        assert np.mean(np.abs(share - exact) <= 2 * error) > 0.95
+        assert not len(found.sky_missed)
+    fewer = compute_view_factors(rows_of(scene, error=1e-2, sky_patches="tregenza"))
+    missed = replace(fewer, settings=fewer.settings | {"sky_error": 1e-6})
+    assert missed.sky_error.max() == 0
+    assert missed.sky_missed.tolist() == [0]
+
+
 def test_the_sky_of_a_canyon_is_within_its_error():
     """Opposed squares: the sky is what the other one leaves."""
     scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (0, 1, 0), (1, 0, 0))], BLACK,
