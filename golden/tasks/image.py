@@ -1,5 +1,6 @@
 """A job for an exported core: main memory before the doorbell, its addresses, and what must come out."""
 
+import re
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,8 @@ __all__ = ["ImageFrusta", "JobFiles", "job_files", "write_image"]
 
 # Rays of a frustum for each ray cast to schedule it.
 RATIO = 16
+
+_RESULTS = re.compile(rb"((hit|sum)( -?[0-9]+)+\n)*")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,7 +140,8 @@ def write_image(scene: str, frusta: ImageFrusta, manifest: Path, folder: Path, *
                 base: int = 0, hits: str = "full", sums: bool = False, expected: bool = False) -> tuple[dict, str]:
     """Write ``job.bin``, ``job.h`` and, if they are requested, the expected results ``job.txt`` into a folder.
 
-    They replace those of another job in the folder, its results too if none are requested.
+    They replace those of another job in the folder, its results too if none are requested. A ``job.txt`` that holds
+    anything else is not touched.
 
     Parameters
     ----------
@@ -163,8 +167,9 @@ def write_image(scene: str, frusta: ImageFrusta, manifest: Path, folder: Path, *
     Raises
     ------
     InputError
-        The manifest is none, or the core cannot cast the frusta.
+        The manifest is none, the core cannot cast the frusta, or the folder's ``job.txt`` holds no results.
     """
+    _check_results(folder / "job.txt")
     made = job_files(scene, frusta, read_manifest(manifest), cell=cell, base=base, hits=hits, sums=sums,
                      expected=expected)
     job, contents = made.job, made.contents
@@ -181,6 +186,12 @@ def write_image(scene: str, frusta: ImageFrusta, manifest: Path, folder: Path, *
               "base": job.base, "bytes": size, "end": job.end}
     return report, "\n".join([f"{made.about}; {counted(len(job.descriptors), 'descriptor')}",
                               f"{size} bytes at {job.base:#x}, memory in use ends at {job.end:#x}", *paths])
+
+
+def _check_results(path):
+    """A file is replaced or deleted only if it holds the results of a job."""
+    if path.is_file() and not _RESULTS.fullmatch(path.read_bytes()):
+        raise InputError(f"output {str(path)!r}: it holds no results of a job, so it is not replaced")
 
 
 def _frusta_text(records):

@@ -53,6 +53,17 @@ def test_results_of_another_job_do_not_stay(manifest, tmp_path):
     assert printed["output"] == [str(tmp_path / name) for name in ("job.bin", "job.h")]
 
 
+@pytest.mark.parametrize("more", [(), ("--expected",)])
+def test_a_file_that_holds_no_results_stays_as_it_is(manifest, tmp_path, more):
+    mine = tmp_path / "job.txt"
+    mine.write_text("hit 0 0 0 4 1 2 3\nmy notes\n")
+    result = run("image", "cornell", "--manifest", manifest, "--patch", 4, *SMALL, *more, "-o", tmp_path)
+    assert (result.exit_code, result.stderr) == (
+        2, f"error: output {str(mine)!r}: it holds no results of a job, so it is not replaced\n")
+    assert mine.read_text() == "hit 0 0 0 4 1 2 3\nmy notes\n"
+    assert not (tmp_path / "job.bin").exists()
+
+
 @pytest.mark.parametrize(("frusta", "count", "rays"), [
     (("--every-patch", *SMALL), 20, 256), (("--screen", "30x20"), 1, 600),
     (("--origin", "0.5,0.5,0.5", "--normal", "0,0,1", *SMALL), 1, 256)])
