@@ -16,6 +16,9 @@ ROUNDING = 2.0 ** -21
 MOST_ROUNDING = 1e-2
 """Upper bound of the sine that is attributed to rounding, also far from the origin."""
 
+MOST_AT_EDGE = 64
+"""Most patches at an edge that are paired: their pairs grow with the square of their number."""
+
 
 class SharedEdges:
     """Pairs of patches with a common edge, in opposite directions.
@@ -66,7 +69,8 @@ def patch_normals(patches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def shared_edges(patches: np.ndarray, groups: np.ndarray) -> SharedEdges:
     """All pairs of patches of one group that share an edge, bit for bit, in opposite directions.
 
-    ``patches`` is N x 4 x 3, ``groups`` N integers. An edge of more than two patches gives every pair of them.
+    ``patches`` is N x 4 x 3, ``groups`` N integers. An edge of more than two patches gives every pair of them, one of
+    more than `MOST_AT_EDGE` none.
     """
     corners = corner_numbers(patches)
     start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
@@ -80,6 +84,7 @@ def shared_edges(patches: np.ndarray, groups: np.ndarray) -> SharedEdges:
     # Position of the last edge of each run of equal ones.
     run = np.cumsum(np.concatenate(([0], ~same)))
     last = np.searchsorted(run, run, "right") - 1
+    last[last - np.searchsorted(run, run) >= MOST_AT_EDGE] = -1
     found, first, step = [], np.arange(len(edge)), 1
     while len(first := first[first + step <= last[first]]):
         opposite = forward[first] != forward[first + step]

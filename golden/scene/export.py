@@ -9,7 +9,7 @@ from golden.errors import InputError
 from golden.output import check_inputs_stay, whole_file
 from golden.scene.adjacency import corner_numbers
 from golden.scene.appearance import to_srgb
-from golden.scene.gltf import EXACT, EXACT_SHARES, gltf_material
+from golden.scene.gltf_material import EXACT, EXACT_SHARES, gltf_material
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import Material
 from golden.scene.scene import Scene

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from numbers import Real
 
 from golden.errors import InputError
+from golden.scene.gltf_buffers import COMPONENTS, WIDTHS
 
 __all__ = ["MOST_FACES", "check_tree"]
 
@@ -53,16 +54,39 @@ def check_tree(tree: dict) -> None:
         light = node.get("extensions", {}).get("KHR_lights_punctual", {})
         if "light" in light:
             _check_index(light["light"], f"{path}.extensions.KHR_lights_punctual.light", lights)
+        instances = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {})
+        for name, index in instances.items():
+            _check_index(index, f"{path}.extensions.EXT_mesh_gpu_instancing.attributes.{name}",
+                         len(tree.get("accessors", ())))
     _check_textures(tree)
+    _check_buffers(tree)
     _check_parents(tree.get("nodes", ()), scenes)
     _check_sizes(tree.get("accessors", ()), tree.get("meshes", ()), len(tree.get("materials", ())))
 
 
+def _check_buffers(tree):
+    views, buffers = (tree.get(name, ()) for name in ("bufferViews", "buffers"))
+    for number, view in enumerate(views):
+        _check_index(view["buffer"], f"bufferViews[{number}].buffer", len(buffers))
+    for kind in "accessors", "images":
+        for number, entry in enumerate(tree.get(kind, ())):
+            sparse = entry.get("sparse", {})
+            for name, part in (("", entry), (".sparse.indices", sparse.get("indices", {})),
+                               (".sparse.values", sparse.get("values", {}))):
+                if "bufferView" in part:
+                    _check_index(part["bufferView"], f"{kind}[{number}]{name}.bufferView", len(views))
+            if kind == "images" and not entry.keys() & {"uri", "bufferView"}:
+                raise InputError(f"images[{number}] has neither uri nor bufferView")
+
+
 def _check_textures(tree):
-    textures, samplers = (tree.get(name, ()) for name in ("textures", "samplers"))
+    textures, samplers, images = (tree.get(name, ()) for name in ("textures", "samplers", "images"))
     for number, texture in enumerate(textures):
-        if "sampler" in texture:
-            _check_index(texture["sampler"], f"textures[{number}].sampler", len(samplers))
+        webp = texture.get("extensions", {}).get("EXT_texture_webp", {})
+        for name, part, known in (("sampler", texture, samplers), ("source", texture, images),
+                                  ("source", webp, images)):
+            if name in part:
+                _check_index(part[name], f"textures[{number}].{name}", len(known))
     for number, material in enumerate(tree.get("materials", ())):
         for part, name in ((material.get("pbrMetallicRoughness", {}), "baseColorTexture"),
                            (material, "emissiveTexture")):
@@ -183,11 +207,19 @@ def _extras(value, path):
         _EXTRAS(value, path)
 
 
+def _one_of(*values) -> Check:
+    def check(value, path):
+        if value not in values:
+            _refuse(path, f"one of {', '.join(map(str, values))}", value)
+    return check
+
+
 _RGB = _list(_number, 3)
 _EXTRAS = _object(radiosity_engine=_object(diffuse=_RGB, specular=_RGB, transparent=_RGB, refraction_index=_number,
                                            thin=_flag,
                                            emission=_RGB))
-_TEXTURE = _object(("index",), index=_count, texCoord=_count)
+_TEXTURE = _object(("index",), index=_count, texCoord=_count, extensions=_object(KHR_texture_transform=_object(
+    offset=_list(_number, 2), scale=_list(_number, 2), rotation=_number, texCoord=_count)))
 _MATERIAL = _object(
     pbrMetallicRoughness=_object(baseColorFactor=_list(_number, 4), metallicFactor=_number, roughnessFactor=_number,
                                  baseColorTexture=_TEXTURE),
@@ -201,12 +233,23 @@ _LIGHTS = _object(lights=_list(_object(type=_text, color=_RGB, intensity=_number
     innerConeAngle=_number, outerConeAngle=_number))))
 _NODE = _object(matrix=_list(_number, 16), rotation=_list(_number, 4), scale=_list(_number, 3),
                 translation=_list(_number, 3), children=_list(_whole), camera=_whole, mesh=_whole,
-                extensions=_object(KHR_lights_punctual=_object(light=_whole)))
-_MESH = _object(("primitives",), primitives=_list(_object(attributes=_indices, indices=_whole, material=_whole)))
+                extensions=_object(KHR_lights_punctual=_object(light=_whole),
+                                   EXT_mesh_gpu_instancing=_object(("attributes",), attributes=_indices)))
+_MESH = _object(("primitives",), primitives=_list(_object(attributes=_indices, indices=_whole, material=_whole,
+                                                               mode=_one_of(*range(7)))))
+_COMPONENT = _one_of(*COMPONENTS)
+_SPARSE = _object(("count", "indices", "values"), count=_count, values=_object(
+    ("bufferView",), bufferView=_count, byteOffset=_count), indices=_object(
+    ("bufferView", "componentType"), bufferView=_count, byteOffset=_count, componentType=_one_of(5121, 5123, 5125)))
+_ACCESSOR = _object(("count", "componentType", "type"), count=_count, componentType=_COMPONENT, type=_one_of(*WIDTHS),
+                    bufferView=_count, byteOffset=_count, normalized=_flag, sparse=_SPARSE)
 _TREE = _object(
-    accessors=_list(_object(("count",), count=_count)), meshes=_list(_MESH),
-    scene=_whole, scenes=_list(_object(nodes=_list(_whole))), nodes=_list(_NODE),
+    accessors=_list(_ACCESSOR), bufferViews=_list(_object(
+        ("buffer", "byteLength"), buffer=_count, byteOffset=_count, byteLength=_count, byteStride=_count)),
+    meshes=_list(_MESH), scene=_whole, scenes=_list(_object(nodes=_list(_whole))), nodes=_list(_NODE),
     cameras=_list(_object(perspective=_object(("yfov",), yfov=_number))), materials=_list(_MATERIAL),
     extensions=_object(KHR_lights_punctual=_LIGHTS), extensionsUsed=_list(_text), extensionsRequired=_list(_text),
-    textures=_list(_object(sampler=_count, source=_count)), samplers=_list(_object(wrapS=_count, wrapT=_count)),
-    buffers=_list(_object(uri=_text)), images=_list(_object(uri=_text)))
+    textures=_list(_object(sampler=_count, source=_count, extensions=_object(
+        EXT_texture_webp=_object(("source",), source=_count)))), samplers=_list(_object(wrapS=_count, wrapT=_count)),
+    buffers=_list(_object(("byteLength",), uri=_text, byteLength=_count)), images=_list(_object(
+        uri=_text, bufferView=_count)))

@@ -1,19 +1,18 @@
 """What a glTF file holds and its scene does not use."""
 
 from golden.errors import InputError
+from golden.scene.gltf_faces import TRIANGLES
 from golden.scene.unused import Unused
 
 __all__ = ["check_required", "unused_of"]
-
-TRIANGLES = (4, 5)
-"""Modes of primitives that are read: triangles and their strips."""
 
 LIGHTS = ("point", "spot", "directional")
 """Types of lights that are read."""
 
 USED = {"KHR_lights_punctual": ("lights", "light"), "KHR_materials_transmission": ("transmissionFactor",),
         "KHR_materials_ior": ("ior",), "KHR_materials_volume": ("thicknessFactor",),
-        "KHR_materials_emissive_strength": ("emissiveStrength",)}
+        "KHR_materials_emissive_strength": ("emissiveStrength",), "KHR_texture_transform": (),
+        "KHR_mesh_quantization": (), "EXT_mesh_gpu_instancing": (), "EXT_texture_webp": ()}
 """Extensions that are read, and those of their members."""
 
 TEXTURES = ("normalTexture", "occlusionTexture")
@@ -45,7 +44,6 @@ def unused_of(tree: dict) -> Unused:
     extensions = (tree, *({"extensionsUsed": material.get("extensions", ())} for material in tree.get("materials", ())))
     for name in dict.fromkeys(name for part in extensions for name in part.get("extensionsUsed", ())):
         unused.add(f"extension {name}", name not in USED)
-    unused.add("sparse values of an accessor", sum("sparse" in accessor for accessor in tree.get("accessors", ())))
     for mesh in tree.get("meshes", ()):
         for primitive in mesh["primitives"]:
             unused.add("points and lines", primitive.get("mode", 4) not in TRIANGLES)
@@ -66,11 +64,8 @@ def _add_material(unused: Unused, material: dict) -> None:
     unused.add("baseColorFactor beyond 0 to 1", min(colour) < 0 or max(colour) > 1)
     for name in TEXTURES:
         unused.add(name, name in material)
-    for info in (pbr.get("baseColorTexture", {}), material.get("emissiveTexture", {})):
-        unused.add("texture coordinates beside the first", info.get("texCoord", 0) > 0)
     unused.add("metallicRoughnessTexture", "metallicRoughnessTexture" in pbr)
     unused.add("alphaMode MASK", material.get("alphaMode") == "MASK")
-    unused.add("alpha of a texture", material.get("alphaMode") == "BLEND" and "baseColorTexture" in pbr)
     for name, extension in material.get("extensions", {}).items():
         for member in extension if name in USED else ():
             unused.add(f"{name}.{member}", member not in USED[name])

@@ -41,7 +41,7 @@ class Cone:
         Where the light shines; any length above 0.
     inner, outer
         Angles from the direction in degrees up to which the light has its whole intensity, and from which it has none:
-        0 to 90, inner below outer.
+        0 to 90, inner up to outer; equal ones are a sharp edge.
 
     Raises
     ------
@@ -57,8 +57,8 @@ class Cone:
 
     def __post_init__(self):
         _check_direction("spot light", self.direction)
-        if not 0 <= self.inner < self.outer <= 90:
-            raise InputError(f"spot light: Angles must be 0 to 90 degrees, the inner below the outer one, not "
+        if not 0 <= self.inner <= self.outer <= 90 or not self.outer:
+            raise InputError(f"spot light: Angles must be 0 to 90 degrees, the inner up to the outer one, not "
                              f"{self.inner!r} and {self.outer!r}")
 
     def factor(self, toward: np.ndarray) -> np.ndarray:

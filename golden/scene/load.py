@@ -1,21 +1,19 @@
 """Scenes from files."""
 
-import logging
 from pathlib import Path
 
 import numpy as np
 
 from golden.errors import InputError
 from golden.input_warnings import caught_warnings, warn
-from golden.scene.appearance import UNSPECIFIED
 from golden.scene.facets import facet_scene
-from golden.scene.mesh import Mesh, mesh_scene
+from golden.scene.mesh import mesh_scene
 from golden.scene.nff import read_nff
 from golden.scene.obj import read_obj
-from golden.scene.parser import check_regular, load_with_trimesh, unreadable
+from golden.scene.parser import check_regular
 from golden.scene.ply import read_ply
 from golden.scene.scene import Scene
-from golden.scene.unused import Unused
+from golden.scene.stl import read_stl
 from golden.scene.vs3 import read_vs3
 
 __all__ = ["SUFFIXES", "load_scene"]
@@ -24,36 +22,11 @@ SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff", ".vs3")
 
 Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
-# Errors of a file carry its messages.
-logging.getLogger("trimesh").addHandler(logging.NullHandler())
-
-
-def _read_stl(path: Path) -> Mesh:
-    """The mesh of an STL file, binary or text; InputError if it is neither."""
-    data = path.read_bytes()
-    expected = 84 + 50 * int.from_bytes(data[80:84], "little")
-    if len(data) < 84 or len(data) != expected:  # not binary, so it is text
-        if b"\0" in data:
-            raise unreadable("STL", f"it is {len(data)} bytes long and should be {expected}")
-        data = data.decode("latin-1").encode("utf-8")
-    elif data[84:] and np.frombuffer(data, np.uint8, offset=84).reshape(-1, 50)[:, 48:].any():
-        unused = Unused()
-        unused.add("attributes of facets")
-        unused.warn()
-    scene = load_with_trimesh(data, "stl")
-    corners = [np.asarray(part.vertices, dtype=np.float64)[part.faces].reshape(-1, 3)
-               for part in scene.geometry.values()]
-    points = np.concatenate(corners) if corners else np.empty((0, 3))
-    count = len(points) // 3
-    return Mesh(points=points, counts=np.full(count, 3), corners=np.arange(3 * count),
-                material=np.zeros(count, dtype=np.int64), materials=(UNSPECIFIED,), one_sided=np.zeros(1, dtype=bool))
-
-
 def _read(path: Path, up, facets: bool) -> Scene:
     """The scene of a file with the reader of its suffix."""
     suffix, name, where = path.suffix.lower(), path.stem, str(path)
     if suffix == ".nff":
-        return read_nff(path.read_text(encoding="utf-8-sig", errors="replace"), where)
+        return read_nff(path.read_bytes(), where)
     if suffix == ".vs3":
         return read_vs3(path)
     make = facet_scene if facets else mesh_scene
@@ -62,7 +35,7 @@ def _read(path: Path, up, facets: bool) -> Scene:
     if suffix == ".ply":
         return make(read_ply(path), name=name, where=where, up=up or Z_UP)
     if suffix == ".stl":
-        return make(_read_stl(path), name=name, where=where, up=up or Z_UP)
+        return make(read_stl(path), name=name, where=where, up=up or Z_UP)
     from golden.scene.gltf import read_gltf  # slow
 
     mesh, view = read_gltf(path)
@@ -75,8 +48,8 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
     Coordinates stay as they are in the file, in its unit of length. Pairs of triangles that form a quad are merged,
     polygons are cut into quads and triangles (`golden.scene.mesh.mesh_scene`). `read_mtl`, `gltf_material` and
     `read_ply` describe the materials; STL has none. All patches are two-sided, whether meshes are closed or not: the
-    camera may be inside a closed room whose faces look outwards. Only glTF materials can state that a face is
-    one-sided. `read_vs3` has rules of its own, and ``facets`` those of `facet_scene`.
+    camera may be inside a closed room whose faces look outwards. Only glTF states sides: its faces are one-sided unless
+    their material states ``doubleSided``. `read_vs3` has rules of its own, and ``facets`` those of `facet_scene`.
 
     Parameters
     ----------

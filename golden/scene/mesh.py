@@ -13,7 +13,7 @@ from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
 from golden.scene.scene import Scene
 from golden.scene.textures import Textures
 
-__all__ = ["CREASE", "Mesh", "check_mesh", "mesh_scene"]
+__all__ = ["CREASE", "FARTHEST", "Mesh", "check_mesh", "mesh_scene"]
 
 CREASE = 30.0
 """Least angle between neighbouring patches, in degrees, at which their common edge is a crease."""
@@ -152,19 +152,24 @@ def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(patches)[order], faces[order]
 
 
-def _without_duplicates(patches: np.ndarray, *columns: np.ndarray, one_sided: np.ndarray):
+def _without_duplicates(patches: np.ndarray, material: np.ndarray, face: np.ndarray, one_sided: np.ndarray):
     """Drops patches with the corners of an earlier one; a sheet of two opposite patches becomes two-sided."""
-    corners = np.sort(corner_numbers(patches), axis=1)
+    corners = corner_numbers(patches)
+    corners[corners[:, 3] == corners[:, 2], 3] = -1  # a triangle has its corners in any rotation
+    corners.sort(axis=1)
     _, first, group = np.unique(corners, axis=0, return_index=True, return_inverse=True)
     group = group.reshape(-1)
     if len(first) == len(patches):
-        return patches, *columns, one_sided
+        return patches, material, face, one_sided
+    others = int((material != material[first][group]).sum())
+    if others:
+        warn(f"not used: faces in the place of an earlier one of another material ({others})")
     normals, _ = patch_normals(patches)
     opposite = np.einsum("ij,ij->i", normals, normals[first][group]) < 0
     one_sided = one_sided.copy()
     one_sided[first[group[opposite]]] = False
     kept = np.sort(first)
-    return patches[kept], *(column[kept] for column in columns), one_sided[kept]
+    return patches[kept], material[kept], face[kept], one_sided[kept]
 
 
 def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
@@ -172,10 +177,10 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
 
     Faces become patches: polygons are cut (`cut_polygon`), non-planar quads split (`split_nonplanar`), and if the mesh
     has triangles only, those that are the halves of a quad, in their texture coordinates too, are merged
-    (`merge_triangles`). Faces with the corners of an earlier one are dropped; if one faced the other way, the first
-    becomes two-sided. Patches of one material that are connected by edges are one surface if they are coplanar, and one
-    smooth group if their angle is below `CREASE`. Closed bodies that refract are oriented so that their fronts face
-    outwards.
+    (`merge_triangles`). Faces with the corners of an earlier one, in any rotation, are dropped; if one faced the other
+    way, the first becomes two-sided. Patches of one material that are connected by edges are one surface if they are
+    coplanar, and one smooth group if their angle is below `CREASE`. Closed bodies that refract are oriented so that
+    their fronts face outwards.
 
     Parameters
     ----------
@@ -193,13 +198,12 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     Warns
     -----
     InputWarning
-        Faces without area are left out.
+        Faces without area are left out, and faces in the place of an earlier one of another material.
     """
     _check_corners(mesh, where)
     patches, face = _cut(mesh, where)
     material = mesh.material[face]
-    patches, material, face, one_sided = _without_duplicates(patches, material, face,
-                                                             one_sided=mesh.one_sided[material])
+    patches, material, face, one_sided = _without_duplicates(patches, material, face, mesh.one_sided[material])
     textures = None if mesh.textures is None else mesh.textures.of(face)
     if (mesh.counts == 3).all():
         patches, surface, parent = merge_triangles(patches[:, :3], 2 * material + one_sided,

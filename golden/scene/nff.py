@@ -4,6 +4,7 @@
 """
 
 import math
+import re
 from dataclasses import dataclass, replace
 from pathlib import PurePath
 
@@ -12,11 +13,14 @@ import numpy as np
 from golden.errors import InputError
 from golden.scene.builder import SceneBuilder
 from golden.scene.camera import Camera
+from golden.scene.file_text import lines_of
+from golden.scene.file_text import number as number_of
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon
 from golden.scene.scene import Scene
 from golden.scene.tessellate import frustum, sphere
+from golden.scene.unused import Unused
 
 __all__ = ["read_nff"]
 
@@ -51,10 +55,10 @@ class _Statement:
         return InputError(f"{self.where}: {what}")
 
 
-def _statements(text: str, name: str) -> list[_Statement]:
+def _statements(lines: list[str], name: str) -> list[_Statement]:
     statements = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        words = line.partition("#")[0].split()
+    for number, line in enumerate(lines, start=1):
+        words = re.split(r"(?:^|\s)#", line, maxsplit=1)[0].split()
         if not words:
             continue
         where = f"{name}:{number}"
@@ -65,7 +69,7 @@ def _statements(text: str, name: str) -> list[_Statement]:
         for word in words:
             if not _is_number(word):
                 raise InputError(f"{where}: {word!r} is not a number")
-            value = float(word)
+            value = number_of(word)
             if not math.isfinite(value):
                 raise InputError(f"{where}: {word!r} is not a finite number")
             if abs(value) > LARGEST:
@@ -76,10 +80,10 @@ def _statements(text: str, name: str) -> list[_Statement]:
 
 def _is_number(word: str) -> bool:
     try:
-        float(word)
+        number_of(word)
     except ValueError:
         return False
-    return "_" not in word  # Python's own digit separator
+    return True
 
 
 def _check_count(statement: _Statement) -> None:
@@ -105,7 +109,7 @@ class _Reader:
         self.builder = SceneBuilder(name)
         self.camera: Camera | None = None
         self.lights: list[tuple[list[float], list[float]]] = []
-        self.background = (0.0, 0.0, 0.0)
+        self.background, self._has_background = (0.0, 0.0, 0.0), False
         self._segments = segments
         self._material = UNFILLED
         self._fills: dict[tuple[float, ...], Material] = {}
@@ -113,6 +117,7 @@ class _Reader:
         self._view_start: _Statement | None = None
         self._curved: list[np.ndarray] = []
         self._round = 0
+        self.unused = Unused()
 
     def take(self, statement: _Statement) -> None:
         """Reads one statement."""
@@ -149,6 +154,7 @@ class _Reader:
             self._curved = []
 
     def _take_v(self, statement: _Statement) -> None:
+        self.unused.add("view before the last one", self.camera is not None)
         self._view, self._view_start = {}, statement
 
     def _take_view_part(self, statement: _Statement) -> None:
@@ -161,7 +167,8 @@ class _Reader:
     def _take_b(self, statement: _Statement) -> None:
         if min(statement.values) < 0:
             raise InputError(f"the background must not be negative, not {tuple(statement.values)!r}")
-        self.background = tuple(statement.values)
+        self.unused.add("background before the last one", self._has_background)
+        self.background, self._has_background = tuple(statement.values), True
 
     def _take_l(self, statement: _Statement) -> None:
         position, color = statement.values[:3], statement.values[3:] or [1.0, 1.0, 1.0]
@@ -172,7 +179,7 @@ class _Reader:
     def _take_f(self, statement: _Statement) -> None:
         values = tuple(statement.values)
         if values not in self._fills:
-            self._fills[values] = _fill(f"fill {len(self._fills) + 1}", values)
+            self._fills[values] = _fill(f"fill {len(self._fills) + 1}", values, self.unused)
         self._material = self._fills[values]
 
     def _take_s(self, statement: _Statement) -> None:
@@ -198,11 +205,12 @@ class _Reader:
         self._curved.append(cut_polygon(np.array(statement.values[1:]).reshape(-1, 6)[:, :3]))
 
 
-def _fill(name: str, values: tuple[float, ...]) -> Material:
+def _fill(name: str, values: tuple[float, ...], unused: Unused) -> Material:
     color, (kd, ks, _, transmittance, index) = np.array(values[:3]), values[3:]
     if min(*values[:5], transmittance) < 0:
         raise InputError("colour, Kd, Ks and T of a fill must not be negative")
     shares = np.array((kd * color, ks * np.ones(3), transmittance * color))
+    unused.add("shares beyond a sum of 1", shares.sum(axis=0).max() > 1 + 1e-9)
     shares /= max(1.0, shares.sum(axis=0).max())
     diffuse, specular, transparent = (tuple(share) for share in shares.tolist())
     return Material(name=name, diffuse=diffuse, specular=specular, transparent=transparent,
@@ -219,7 +227,7 @@ def _point_lights(lights, bounds: np.ndarray) -> tuple[PointLight, ...]:
     return tuple(placed)
 
 
-def read_nff(text: str, name: str, *, segments: int = 16) -> Scene:
+def read_nff(data: bytes, name: str, *, segments: int = 16) -> Scene:
     """Reads a scene in NFF.
 
     * ``v``: the camera. ``angle`` is the full vertical field of view; ``hither`` and ``resolution`` are not used.
@@ -236,7 +244,7 @@ def read_nff(text: str, name: str, *, segments: int = 16) -> Scene:
 
     Parameters
     ----------
-    text
+    data
         The file's content.
     name
         The file's name, for messages; its stem is the scene's name.
@@ -248,13 +256,19 @@ def read_nff(text: str, name: str, *, segments: int = 16) -> Scene:
     InputError
         ``NAME:LINE: ...``: an unknown entity, a wrong number of values, a value that is no finite number or that the
         entity cannot have, or a file without any object.
+
+    Warns
+    -----
+    InputWarning
+        Names further views and backgrounds, and shares that were scaled down.
     """
     reader = _Reader(PurePath(name).stem, segments)
-    statements = _statements(text, name)
+    statements = _statements(lines_of(data), name)
     if not any(statement.keyword in OBJECTS for statement in statements):
         raise InputError(f"{name}: it has no object ({', '.join(OBJECTS)})")
     for statement in statements:
         reader.take(statement)
     reader.end()
+    reader.unused.warn()
     scene = reader.builder.build(camera=reader.camera, background=reader.background)
     return replace(scene, lights=_point_lights(reader.lights, scene.bounds))

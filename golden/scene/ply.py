@@ -3,6 +3,7 @@
 An own reader because polygons have to arrive whole, in binary files with faces of different sizes too.
 """
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from golden.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, colour_materials, from_srgb
+from golden.scene.file_text import lines_of
 from golden.scene.mesh import Mesh
 from golden.scene.unused import Unused
 
@@ -54,27 +56,32 @@ class _Element:
 
 def _header(data: bytes, where: str) -> tuple[str, list[_Element], int]:
     """Byte order ('' for text), elements, and the offset of their rows."""
-    end = data.find(b"end_header")
-    if not data.startswith(b"ply") or end < 0:
+    # Rows begin behind one end of a line; the first line shows which one, as a row may begin with its bytes.
+    start = re.match(rb"ply[ \t]*(\r\n|\r|\n)", data)
+    end = start and re.compile(rb"(?<=[\r\n])end_header[ \t]*(" + start[1] + rb"|\r?\n|$)").search(data)
+    if not end:
         raise InputError(f"{where}: not a PLY file")
-    body = data.find(b"\n", end) + 1 or len(data)
     order, elements = None, []
-    for number, line in enumerate(data[:end].decode("latin-1").splitlines(), start=1):
+    for number, line in enumerate(lines_of(data[:end.start()]), start=1):
         words = line.split()
         try:
             if words[:1] == ["format"]:
                 order = ORDERS[words[1]]
             elif words[:1] == ["element"]:
+                if any(words[1] == known.name for known in elements):
+                    raise ValueError
                 elements.append(_Element(words[1], int(words[2])))
             elif words[:2] == ["property", "list"]:
                 elements[-1].add(words[4], TYPES[words[3]], TYPES[words[2]])
             elif words[:1] == ["property"]:
                 elements[-1].add(words[2], TYPES[words[1]], None)
+            elif words and words[0] not in ("comment", "obj_info") and words != ["ply"]:
+                raise ValueError
         except (KeyError, IndexError, ValueError):
             raise InputError(f"{where}:{number}: {line.strip()!r} is not a PLY header line") from None
     if order is None or any(element.count < 0 for element in elements):
         raise InputError(f"{where}: not a PLY file")
-    return order, elements, body
+    return order, elements, end.end()
 
 
 class _Text:
@@ -84,7 +91,8 @@ class _Text:
         words = data.split()
         # An array of words takes the longest one's memory for each.
         self._words = np.array(words if max(map(len, words), default=0) <= LONGEST_WORD
-                               else [word[:LONGEST_WORD] for word in words])
+                               else [word if len(word) <= LONGEST_WORD else b"?" for word in words])
+        self._has_separators = b"_" in data
         self.position = 0
 
     @property
@@ -93,16 +101,17 @@ class _Text:
         return len(self._words) - self.position
 
     def rows(self, kinds: list[Kind], count: int) -> list[np.ndarray]:
-        """``count`` rows of values of the given types, a column each; EOFError if there are fewer."""
+        """``count`` rows of values, a column each; EOFError if there are fewer, ValueError if one is no number."""
         ends = np.cumsum([length for _, length in kinds])
         end = self.position + count * int(ends[-1])
         if end > len(self._words):
             raise EOFError
         table = self._words[self.position:end].reshape(count, int(ends[-1]))
         self.position = end
-        with np.errstate(invalid="ignore"):  # a word that is no integer becomes an invalid vertex number
-            return [table[:, stop - length:stop].astype(np.float64).astype("f8" if kind[0] == "f" else "i8")
-                    for (kind, length), stop in zip(kinds, ends.tolist(), strict=True)]
+        if self._has_separators and (np.char.find(table, b"_") >= 0).any():
+            raise ValueError  # Python's own digit separators
+        return [table[:, stop - length:stop].astype(np.float64) for (_, length), stop in zip(
+            kinds, ends.tolist(), strict=True)]
 
     def peek(self, kind: str, skip: list[Kind]) -> int:
         """The value after the next ones, which are of the types ``skip``."""
@@ -145,6 +154,16 @@ class _Binary:
         return int(np.frombuffer(self._data, item, 1, offset)[0])
 
 
+def _typed(values: np.ndarray, kind: str) -> np.ndarray:
+    """Values as numbers of a type; ValueError if one is none."""
+    if kind[0] == "f" or values.dtype.kind != "f":
+        return values
+    limits = np.iinfo(kind)
+    if not ((values >= limits.min) & (values <= limits.max) & (values == np.floor(values))).all():
+        raise ValueError
+    return values.astype(np.int64)
+
+
 def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.ndarray]]:
     """Reads all rows up to the first whose lists have other lengths than the next row's, in doubling steps.
 
@@ -184,13 +203,14 @@ def _run(rows, element: _Element, left: int) -> tuple[int, list[int], list[np.nd
             break
         step *= 2
     rows.position = start
-    table = rows.rows(kinds, good)
+    table = [_typed(column, kind) for column, (kind, _) in zip(rows.rows(kinds, good), kinds, strict=True)]
     return good, [length for _, length in lengths], table
 
 
 def _read_lists(rows, element: _Element) -> None:
     """Fills the columns of an element."""
-    parts: dict[str, list] = {name: [] for name, _, _ in element.properties}
+    parts: dict[str, list] = {name: [(np.empty(0, np.int64), np.empty(0, kind)) if length_kind else np.empty(0, kind)]
+                              for name, kind, length_kind in element.properties}
     # Rows without properties are empty, however many the file claims.
     left = element.count if element.properties else 0
     if left > rows.left:
@@ -207,53 +227,71 @@ def _read_lists(rows, element: _Element) -> None:
                 parts[name].append(table[column][:, 0])
                 column += 1
     for name, _, length_kind in element.properties:
-        if length_kind:
-            pairs = parts[name] or [(np.empty(0, dtype=np.int64),) * 2]
-            element.columns[name] = tuple(np.concatenate(side) for side in zip(*pairs, strict=True))
-        else:
-            element.columns[name] = np.concatenate(parts[name]) if parts[name] else np.empty(0)
+        element.columns[name] = (tuple(map(np.concatenate, zip(*parts[name], strict=True))) if length_kind
+                                 else np.concatenate(parts[name]))
 
 
-def _colours(element: _Element) -> np.ndarray | None:
+def _colours(element: _Element, unused: Unused) -> np.ndarray | None:
     """N x 3 linear colours, None if the element has none: integers are sRGB over their full range, floats linear."""
     kinds = {name: kind for name, kind, _ in element.properties}
     if not element.has_numbers(COLOURS):
         return None
-    colours = np.stack([element.columns[name] for name in COLOURS], axis=1).astype(np.float64)
-    kind = kinds["red"]
-    if kind[0] == "f":
-        return np.clip(np.nan_to_num(colours), 0, 1)
-    return from_srgb(np.clip(colours / np.iinfo(kind).max, 0, 1))
+    columns = []
+    for name in COLOURS:
+        values, is_linear = element.columns[name].astype(np.float64), kinds[name][0] == "f"
+        values = values if is_linear else values / np.iinfo(kinds[name]).max
+        unused.add("colours beyond 0 to 1", int((~((values >= 0) & (values <= 1))).sum()))
+        values = np.clip(np.nan_to_num(values), 0, 1)
+        columns.append(values if is_linear else from_srgb(values))
+    return np.stack(columns, axis=1)
 
 
-def _warn_of_unused(elements: list[_Element], *, used: dict[str, tuple[str, ...]]) -> None:
-    unused = Unused()
+def _add_unused(unused: Unused, elements: list[_Element], *, used: dict[str, tuple[str, ...]]) -> None:
     for element in elements:
         if element.count and element.name not in used:
             unused.add(f"element {element.name}")
         elif element.count:
             for name, _, _ in element.properties:
                 unused.add(f"{element.name} property {name}", name not in used[element.name])
-    unused.warn()
+
+
+def _corner_lists(element: _Element) -> tuple[str, tuple[np.ndarray, np.ndarray] | None]:
+    """The property that has the lists of corners, and their lengths and corners; None if there is none."""
+    for name in CORNERS:
+        if isinstance(element.columns.get(name), tuple):
+            return name, element.columns[name]
+    return "", None
+
+
+def _strips(counts: np.ndarray, corners: np.ndarray) -> list[list[int]]:
+    """The triangles of strips, which -1 parts; every other one is wound the other way."""
+    triangles = []
+    for strip in np.split(corners, np.cumsum(counts)[:-1]):
+        for part in np.split(strip, np.flatnonzero(strip == -1)):
+            part = part[part != -1].tolist()
+            triangles += [[part[first + first % 2], part[first + 1 - first % 2], part[first + 2]]
+                          for first in range(len(part) - 2)]
+    return [triangle for triangle in triangles if len(set(triangle)) == 3]  # others only join parts of a strip
 
 
 def read_ply(path: Path) -> Mesh:
     """The mesh of a PLY file, text or binary.
 
     The diffuse reflectance of a face is its colour, or the mean of its corners' colours, rounded to 8-bit sRGB.
-    Integers are sRGB, floats linear. Faces are two-sided: PLY does not define sides.
+    Integers are sRGB, floats linear. Faces are two-sided: PLY does not define sides. The triangles of ``tristrips``
+    follow the faces.
 
     Raises
     ------
     InputError
-        The file is no PLY file, ends too early, has no faces or no vertices, or a value is not a number.
+        The file is no PLY file, ends too early, has no faces or no vertices, or a value is not a number of its type.
     OSError
         The file cannot be read.
 
     Warns
     -----
     InputWarning
-        Names elements and properties that are not used, but for normals.
+        Names elements and properties that are not used, but for normals, and what follows the last row.
     """
     data, where = path.read_bytes(), str(path)
     order, elements, body = _header(data, where)
@@ -264,23 +302,33 @@ def read_ply(path: Path) -> Mesh:
         except EOFError:
             raise InputError(f"{where}: it ends within its {element.count} {element.name} rows") from None
         except (ValueError, OverflowError):
-            raise InputError(f"{where}: a value in its {element.name} rows is not a number") from None
+            raise InputError(f"{where}: a value in its {element.name} rows is not a number of its type") from None
+    unused = Unused()
+    unused.add(f"{'bytes' if order else 'words'} behind the last row", rows.left)
     named = {element.name: element for element in elements}
-    vertex, face = named.get("vertex", _Element("vertex", 0)), named.get("face", _Element("face", 0))
-    lists = next((face.columns[name] for name in CORNERS if name in face.columns), None)
-    if not face.count or lists is None or not isinstance(lists, tuple):
+    vertex, face, strips = (named.get(name, _Element(name, 0)) for name in ("vertex", "face", "tristrips"))
+    used, lists = _corner_lists(face)
+    used_of_strips, strip_lists = _corner_lists(strips)
+    counts, corners = (side.astype(np.int64) for side in lists or (np.empty(0), np.empty(0)))
+    if strip_lists is not None:
+        triangles = np.array(_strips(*(side.astype(np.int64) for side in strip_lists)), dtype=np.int64).reshape(-1, 3)
+        counts = np.append(counts, np.full(len(triangles), 3))
+        corners = np.append(corners, triangles)
+    if not len(counts):
         raise InputError(f"{where}: it has no faces")
     if not vertex.has_numbers(("x", "y", "z")):
         raise InputError(f"{where}: its vertices have no x, y, z")
-    counts, corners = lists[0].astype(np.int64), lists[1].astype(np.int64)
     points = np.stack([vertex.columns[name] for name in "xyz"], axis=1).astype(np.float64)
-    colours = _colours(face)
+    colours = _colours(face, unused) if face.count == len(counts) else None
     at_vertices = colours is None and vertex.has_numbers(COLOURS)
-    _warn_of_unused(elements, used={"face": (*CORNERS, *(COLOURS if colours is not None else ())),
-                                    "vertex": ("x", "y", "z", *NORMAL, *(COLOURS if at_vertices else ()))})
+    _add_unused(unused, elements, used={"face": (used, *(COLOURS if colours is not None else ())),
+                                        "tristrips": (used_of_strips,),
+                                        "vertex": ("x", "y", "z", *NORMAL, *(COLOURS if at_vertices else ()))})
+    colours_of_vertices = _colours(vertex, unused) if at_vertices else None
+    unused.warn()
     if at_vertices and counts.all():
         # `mesh_scene` refuses corners at vertices that do not exist.
-        at_corners = _colours(vertex)[np.clip(corners, 0, len(points) - 1)]
+        at_corners = colours_of_vertices[np.clip(corners, 0, len(points) - 1)]
         colours = np.add.reduceat(at_corners, np.cumsum(counts) - counts, axis=0) / counts[:, None]
     if colours is None:
         materials, material = (UNSPECIFIED,), np.zeros(len(counts), dtype=np.int64)

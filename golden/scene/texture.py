@@ -49,10 +49,15 @@ class Texture:
     wrap
         What is outside the picture along its width and its height: ``"repeat"``, ``"clamp"`` or ``"mirror"``.
 
+    Members
+    -------
+    has_alpha
+        Whether the picture states an opacity below 1, which is not used.
+
     Raises
     ------
     InputError
-        The picture has more than `MOST_PIXELS` or cannot be decoded.
+        The picture has more than `MOST_PIXELS`, cannot be decoded or has values of a kind that sRGB has not.
     """
 
     def __init__(self, image: Image.Image, *, wrap: tuple[str, str] = ("repeat", "repeat")):
@@ -60,8 +65,9 @@ class Texture:
         if width * height > MOST_PIXELS:
             raise InputError(f"a picture has {width} x {height} pixels, at most {MOST_PIXELS} are read")
         try:
-            self._pixels = np.asarray(image.convert("RGB"))
-        except MemoryError:
+            self.has_alpha = image.has_transparency_data and image.convert("RGBA").getextrema()[3][0] < 255
+            self._pixels = _rgb(image)
+        except (InputError, MemoryError):
             raise
         except Exception as error:  # PIL's decoders raise errors of any type for bad content
             raise InputError(f"a picture cannot be decoded ({error})") from error
@@ -128,6 +134,18 @@ class Texture:
                 column, row = (self._wrap[axis](where[..., axis], (width, height)[axis]) for axis in (0, 1))
                 result[rows] = _LINEAR[self._pixels[row, column]].mean(axis=1)
         return result
+
+
+def _rgb(image):
+    """The pixels in 8 bits. Pillow would clip 16 bits to white."""
+    if image.mode == "F":
+        raise InputError("a picture of floating-point values is not read")
+    if not image.mode.startswith("I"):
+        return np.asarray(image.convert("RGB"))
+    grey = np.asarray(image).astype(np.int64)
+    if grey.min() < 0 or grey.max() > 65535:
+        raise InputError("a picture has values beyond 16 bits")
+    return np.repeat(np.rint(grey / 257).astype(np.uint8)[..., None], 3, axis=2)
 
 
 def _centres(count):

@@ -6,7 +6,7 @@ __all__ = ["Unused"]
 
 
 class Unused:
-    """Kinds of content that a reader skips, with their counts, named in one warning."""
+    """Kinds of content that a reader skips, with their counts, named in one warning (`warn`)."""
 
     def __init__(self):
         self._counts: dict[str, int] = {}
@@ -17,7 +17,7 @@ class Unused:
             self._counts[what] = self._counts.get(what, 0) + count
 
     def warn(self, where: str = "") -> None:
-        """Names all that was counted in one `InputWarning`, after ``where``; nothing if there is none."""
+        """Names all that was counted in one warning, after ``where``; nothing if there is none."""
         if self._counts:
             kinds = ", ".join(what if count == 1 else f"{what} ({count})" for what, count in self._counts.items())
             warn(f"{where}{': ' if where else ''}not used: {kinds}")

@@ -1,12 +1,16 @@
 """Reader of View3D's input files (.vs3): vertices, and surfaces with names and emittances."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 
 from golden.errors import InputError
 from golden.scene.facets import check_facets
+from golden.scene.file_text import lines_of
+from golden.scene.file_text import number as number_of
 from golden.scene.material import Material
+from golden.scene.mesh import FARTHEST
 from golden.scene.scene import Scene
 from golden.scene.unused import Unused
 
@@ -31,18 +35,21 @@ class _Vs3:
     def _error(self, what):
         return InputError(f"{self._where}: line {self._line}: {what}")
 
-    def _number(self, word, what, kind=float):
+    def _number(self, word, what, *, whole=False):
         try:
-            number = kind(word)
+            number = number_of(word)
+            exact = int(word) if whole else number
         except ValueError:
             raise self._error(f"{what} must be a number, not {word!r}") from None
-        if not np.isfinite(number):
+        if not math.isfinite(number):
             raise self._error(f"{what} must be finite, not {word!r}")
-        return number
+        if abs(number) > FARTHEST:
+            raise self._error(f"{what} is beyond {FARTHEST:g}: {word}")
+        return exact
 
-    def read(self, text: str) -> None:
+    def read(self, lines: list[str]) -> None:
         """Reads all lines up to the end of the data."""
-        for self._line, line in enumerate(text.splitlines(), 1):
+        for self._line, line in enumerate(lines, 1):
             words = line.partition("!")[0].split()
             kind = words[0][0].upper() if words else "!"
             if kind in _END:
@@ -66,16 +73,17 @@ class _Vs3:
     def _vertex(self, words):
         if len(words) < 4:
             raise self._error("a vertex needs a number and three coordinates")
-        if self._number(words[0], "Vertex", int) != len(self._points) + 1:
+        if self._number(words[0], "Vertex", whole=True) != len(self._points) + 1:
             raise self._error(f"vertex {words[0]} is out of sequence, {len(self._points) + 1} is next")
+        self._unused.add("words behind a vertex", len(words) > 4)
         self._points.append([self._number(word, "Coordinate") for word in words[1:4]])
 
     def _surface(self, words, *, radiates):
         if len(words) < (8 if radiates else 5):
             raise self._error("a surface needs a number, four vertices, base, combination and emittance")
-        if self._number(words[0], "Surface", int) != len(self._corners) + 1:
+        if self._number(words[0], "Surface", whole=True) != len(self._corners) + 1:
             raise self._error(f"surface {words[0]} is out of sequence, {len(self._corners) + 1} is next")
-        corners = [self._number(word, "Vertex", int) for word in words[1:5]]
+        corners = [self._number(word, "Vertex", whole=True) for word in words[1:5]]
         for position, corner in enumerate(corners):
             if not (1 if position < 3 else 0) <= corner <= len(self._points):
                 raise self._error(f"Vertex must be a number up to {len(self._points)}, not {corner}")
@@ -83,13 +91,13 @@ class _Vs3:
             corners[3] = corners[2]
         emittance, name = 1.0, "obstruction"
         if radiates:
-            if self._number(words[5], "Base", int):
+            if self._number(words[5], "Base", whole=True):
                 raise self._error("subsurfaces are not read: cut the base surface into facets around them")
-            self._unused.add("combination of a surface", self._number(words[6], "Combination", int) != 0)
+            self._unused.add("combination of a surface", self._number(words[6], "Combination", whole=True) != 0)
             emittance = self._number(words[7], "Emittance")
             if not 0 <= emittance <= 1:
                 raise self._error(f"Emittance must be 0 to 1, not {emittance:g}")
-            name = words[8] if len(words) > 8 else words[0]
+            name = " ".join(words[8:]) or words[0]
         self._corners.append(corners)
         material = Material(name=name, diffuse=(1 - emittance,) * 3)
         self._material.append(self._materials.setdefault(material, len(self._materials)))
@@ -116,8 +124,8 @@ def read_vs3(path: Path) -> Scene:
     Raises
     ------
     InputError
-        With path and line: numbers that are none, out of sequence or out of range; subsurfaces, masks, null surfaces,
-        another geometry; surfaces that are not planar, not strictly convex or without area.
+        With path and line: numbers that are none, not finite, out of sequence or out of range; subsurfaces, masks, null
+        surfaces, another geometry; surfaces that are not planar, not strictly convex or without area.
     OSError
         The file cannot be read.
 
@@ -127,5 +135,5 @@ def read_vs3(path: Path) -> Scene:
         Controls are not used, and surfaces to be combined stay separate.
     """
     reader = _Vs3(str(path))
-    reader.read(path.read_text(encoding="utf-8-sig", errors="replace"))
+    reader.read(lines_of(path.read_bytes()))
     return reader.scene(path.stem)

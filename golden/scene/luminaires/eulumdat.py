@@ -3,17 +3,21 @@
 import numpy as np
 
 from golden.errors import InputError
+from golden.scene.file_text import lines_of
+from golden.scene.file_text import number as number_of
 from golden.scene.luminaires.photometry_file import MOST_ANGLES, PhotometryFile, Words, mirrored
+from golden.scene.unused import Unused
 
 __all__ = ["read_eulumdat"]
 
 # Numbers of lines, from 0: the head has 26 lines, a set of lamps 6, and ten direct ratios follow the sets.
-_SYMMETRY, _PLANES, _GAMMAS, _LENGTH, _WIDTH, _FACTOR, _SETS = 2, 3, 5, 15, 16, 23, 25
+_SYMMETRY, _PLANES, _GAMMAS, _LENGTH, _WIDTH, _FACTOR, _TILT, _SETS = 2, 3, 5, 15, 16, 23, 24, 25
+_HEIGHTS = range(17, 21)
 _SET, _RATIOS, _MOST_SETS = 6, 10, 20
 
 
-def read_eulumdat(text: str) -> PhotometryFile:
-    """The photometry of an EULUMDAT text.
+def read_eulumdat(data: bytes) -> PhotometryFile:
+    """The photometry of an EULUMDAT text. Commas are decimal points.
 
     Intensities per 1000 lumens are multiplied by the conversion factor and by the flux of the first set of lamps. C90
     is along the luminaire's length.
@@ -23,9 +27,14 @@ def read_eulumdat(text: str) -> PhotometryFile:
     InputError
         The text is none, or a value cannot be used; the line is named.
 
+    Warns
+    -----
+    InputWarning
+        Names further sets of lamps, a tilt or a height of the opening, and numbers behind the intensities.
+
     Source: A. Stockmar, EULUMDAT: ein Leuchtendatenformat für den europäischen Beleuchtungsplaner (1990).
     """
-    lines = text.splitlines()
+    lines = lines_of(data)
     symmetry, count, gammas, sets = (_value(lines, number, whole=True) for number in (
         _SYMMETRY, _PLANES, _GAMMAS, _SETS))
     for name, number, value, low, high in (("Symmetry", _SYMMETRY, symmetry, 0, 4),
@@ -42,12 +51,18 @@ def read_eulumdat(text: str) -> PhotometryFile:
         raise InputError(f"line {_LENGTH + 1}: Sizes of the luminous area must be at least 0, not {length:g} and "
                          f"{width:g}")
     flux = _value(lines, _SETS + 3)
-    data = _SETS + 1 + _SET * sets + _RATIOS
-    words = Words(lines[data:], data + 1)
+    first = _SETS + 1 + _SET * sets + _RATIOS
+    words = Words(lines[first:], first + 1, commas=".")
     angles = words.numbers(count, "C angles")
     gamma = words.numbers(gammas, "G angles")
     given = {0: count, 1: 1, 2: count // 2 + 1, 3: count // 2 + 1, 4: count // 4 + 1}[symmetry]
     values = words.numbers(given * gammas, "intensities").reshape(given, gammas)
+    unused = Unused()
+    unused.add("sets of lamps beside the first", sets - 1)
+    unused.add("tilt during measurement", _is_stated(lines, _TILT))
+    unused.add("height of the luminous area", any(_is_stated(lines, number) for number in _HEIGHTS))
+    unused.add("numbers behind the intensities", words.left)
+    unused.warn()
     planes, candela = _whole_turn(symmetry, angles, values * (_value(lines, _FACTOR) * flux / 1000))
     # A round opening states its diameter as the length alone.
     return PhotometryFile(gamma=gamma, planes=planes, candela=candela, opening=(width or length, length))
@@ -59,12 +74,17 @@ def _value(lines, number, *, whole=False):
         raise InputError(f"line {len(lines)}: the file ends before line {number + 1}")
     word = lines[number].strip().replace(",", ".")
     try:
-        value = float(word)
+        value = number_of(word)
     except ValueError:
         value = np.nan
     if not np.isfinite(value) or (whole and value != int(value)):
         raise InputError(f"line {number + 1}: it must be a {'whole' if whole else 'finite'} number, not {word!r}")
     return int(value) if whole else value
+
+
+def _is_stated(lines, number):
+    """A value that is not used is there and is not 0."""
+    return bool(lines[number].strip(" 0,."))
 
 
 def _whole_turn(symmetry, angles, candela):

@@ -1,12 +1,14 @@
 """Luminaires in files of IESNA LM-63."""
 
+import re
 
 import numpy as np
 
 from golden.errors import InputError
 from golden.input_warnings import warn
-from golden.plural import counted
+from golden.scene.file_text import lines_of
 from golden.scene.luminaires.photometry_file import PhotometryFile, Words, mirrored
+from golden.scene.unused import Unused
 
 __all__ = ["read_ies"]
 
@@ -15,11 +17,18 @@ _FOOT = 0.3048
 _SYMMETRIES = {90: (90, 180), 180: (180,), 360: ()}
 
 
-def read_ies(text: str) -> PhotometryFile:
+_TILT = re.compile(r"\s*TILT\s*=\s*(.*?)\s*", re.IGNORECASE)
+_EDITION = re.compile(r"\s*IES(?:NA)?:LM-63-(\d+)", re.IGNORECASE)
+# From this edition on a second ballast factor is the type of the file's generation.
+_GENERATION_TYPES = 2019
+
+
+def read_ies(data: bytes) -> PhotometryFile:
     """The photometry of a text in LM-63-1986 to LM-63-2019, of type C.
 
-    Intensities are multiplied by the candela multiplier and the ballast factors. C0 is along the luminaire's length.
-    Horizontal angles 90 to 270 are those of a light with symmetry about the plane of C90 and C270.
+    Intensities are multiplied by the candela multiplier and the ballast factors, of which LM-63-2019 has one. C0 is
+    along the luminaire's length. Horizontal angles 90 to 270 are those of a light with symmetry about the plane of C90
+    and C270. Commas separate numbers; if that does not give their count, they are decimal points.
 
     Raises
     ------
@@ -29,18 +38,47 @@ def read_ies(text: str) -> PhotometryFile:
     Warns
     -----
     InputWarning
-        The light depends on the lamp's tilt, which is not used, or more numbers follow.
+        Names a dependence on the lamp's tilt and a height of the opening; more numbers follow, or commas are decimal
+        points.
 
     Source: ANSI/IES LM-63-19; I. Ashdown, Parsing the IESNA LM-63 photometric data file (1998).
     """
-    lines = text.splitlines()
-    start = next((number for number, line in enumerate(lines) if line.strip().upper().startswith("TILT=")), None)
+    lines = lines_of(data)
+    start = next((number for number, line in enumerate(lines) if _TILT.fullmatch(line)), None)
     if start is None:
         raise InputError("it has no line TILT=")
-    words = Words(lines[start + 1:], start + 2)
-    tilt = lines[start].strip()[5:].strip().upper()
-    if tilt != "NONE":
-        warn("the dependence on the lamp's tilt is not used")
+    tilt = _TILT.fullmatch(lines[start])[1].upper()
+    edition = _EDITION.match(lines[0])
+    has_type = edition is not None and int(edition[1]) >= _GENERATION_TYPES
+
+    def read(commas):
+        unused = Unused()
+        words = Words(lines[start + 1:], start + 2, commas=commas)
+        return _photometry(words, tilt, has_type=has_type, unused=unused), words.left, unused
+
+    try:
+        found, left, unused = read(" ")
+        fault = None
+    except InputError as error:
+        found, left, unused, fault = None, 0, None, error
+    if (left or fault) and any(re.search(r"\d,\d", line) for line in lines[start + 1:]):
+        try:
+            other, rest, named = read(".")
+        except InputError:
+            rest = 1
+        if not rest:
+            warn("its commas are taken for decimal points")
+            found, left, unused, fault = other, 0, named, None
+    if fault:
+        raise fault
+    unused.add("numbers behind the candela values", left)
+    unused.warn()
+    return found
+
+
+def _photometry(words, tilt, *, has_type, unused):
+    """The photometry of the numbers behind the line TILT=."""
+    unused.add("dependence on the lamp's tilt", tilt != "NONE")
     if tilt == "INCLUDE":
         words.number("lamp to luminaire geometry")
         words.numbers(2 * words.count("number of tilt angles"), "tilt angles and factors")
@@ -52,14 +90,15 @@ def read_ies(text: str) -> PhotometryFile:
         raise InputError(f"Photometric type must be 1 (type C), not {kind:g}")
     if unit not in (1, 2):
         raise InputError(f"Type of units must be 1 (feet) or 2 (metres), not {unit:g}")
-    width, length, _ = words.numbers(3, "width, length and height")
+    width, length, height = words.numbers(3, "width, length and height")
     ballast, lamp, _ = words.numbers(3, "ballast factors and input watts")
+    if has_type:
+        unused.add(f"type of generation {lamp:g}", not 1 <= lamp < 2)
+        lamp = 1
     gamma = words.numbers(vertical, "vertical angles")
     planes = words.numbers(horizontal, "horizontal angles")
     values = words.numbers(vertical * horizontal, "candela values").reshape(horizontal, vertical)
-    if words.left:
-        warn(f"{counted(words.left, 'number')} after the candela values not used (does it have decimal "
-             "commas?)")
+    unused.add("height of the luminous opening", height != 0)
     planes, candela = _whole_turn(planes, values * (multiplier * ballast * lamp))
     # Negative sizes are diameters.
     metres = _FOOT if unit == 1 else 1.0

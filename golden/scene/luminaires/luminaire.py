@@ -62,13 +62,16 @@ class Luminaire:
             The file cannot be read; one line with its path.
         """
         try:
-            found = self._read()
-            axes = self._axes(scene)
-            web = PhotometricWeb(gamma=found.gamma, planes=found.planes, candela=found.candela, axes=axes)
+            with caught_warnings() as caught:
+                found = self._read()
+                axes = self._axes(scene)
+                web = PhotometricWeb(gamma=found.gamma, planes=found.planes, candela=found.candela, axes=axes)
+                if not found.candela.any():
+                    warn("it emits no light")
         except InputError as error:
             raise InputError(f"{self.path}: {error}") from error
-        if not found.candela.any():
-            warn(f"{self.path}: it emits no light")
+        for message in caught:
+            warn(f"{self.path}: {message}")
         steps = np.zeros(1) if max(found.opening) == 0 else (np.arange(POINTS) + 0.5) / POINTS - 0.5
         places = [np.array(self.place) + x * found.opening[0] * axes[0] + y * found.opening[1] * axes[1]
                   for x in steps for y in steps]
@@ -97,8 +100,4 @@ class Luminaire:
             raise InputError(f"cannot be read ({error.strerror})") from error
         if data is None:
             raise InputError(f"it is larger than {_LARGEST} bytes")
-        with caught_warnings() as caught:
-            found = _READERS[suffix](data.decode("latin-1"))
-        for message in caught:
-            warn(f"{self.path}: {message}", stacklevel=3)
-        return found
+        return _READERS[suffix](data)

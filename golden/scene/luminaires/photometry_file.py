@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.errors import InputError
+from golden.scene.file_text import number as number_of
 
 __all__ = ["PhotometryFile", "Words", "mirrored"]
 
@@ -39,11 +40,13 @@ class Words:
         Lines of text.
     first
         The number of the first of them, for errors.
+    commas
+        What a comma stands for: a blank or a decimal point.
     """
 
-    def __init__(self, lines: list[str], first: int):
+    def __init__(self, lines: list[str], first: int, *, commas: str):
         self._words = [(word, number) for number, line in enumerate(lines, first)
-                       for word in line.replace(",", " ").split()]
+                       for word in line.replace(",", commas).split()]
         self._next = 0
         self._last = first + max(0, len(lines) - 1)
 
@@ -65,7 +68,7 @@ class Words:
         word, line = self._words[self._next]
         self._next += 1
         try:
-            value = float(word)
+            value = number_of(word)
         except ValueError:
             value = np.nan
         if not np.isfinite(value):

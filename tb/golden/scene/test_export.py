@@ -11,7 +11,8 @@ from golden.errors import InputError
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
 from golden.scene.export import FORMATS, export_scene, rotation_between
-from golden.scene.gltf import EXACT, split_glb
+from golden.scene.gltf import split_glb
+from golden.scene.gltf_material import EXACT
 from golden.scene.lights import Cone, DirectionalLight, PointLight
 from golden.scene.load import load_scene
 from golden.scene.material import Material

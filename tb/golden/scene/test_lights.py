@@ -59,7 +59,7 @@ def test_a_cone_is_whole_up_to_its_inner_angle_and_dark_from_its_outer_one(inner
 
 @pytest.mark.parametrize(("make", "says"), [
     (lambda: Cone(direction=(0, 0, 0)), "Direction must not be zero"),
-    (lambda: Cone(direction=(0, 0, 1), inner=50, outer=50), "Angles must be 0 to 90 degrees"),
+    (lambda: Cone(direction=(0, 0, 1), inner=51, outer=50), "Angles must be 0 to 90 degrees"),
     (lambda: Cone(direction=(0, 0, 1), outer=91), "Angles must be 0 to 90 degrees"),
     (lambda: DirectionalLight(direction=(0, 0, float("nan")), irradiance=(1, 1, 1)), "Direction must be three finite"),
     (lambda: DirectionalLight(direction=(0, 0, 1), irradiance=(1, -1, 1)), "Irradiance must be at least 0"),

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from golden.scene.gltf import gltf_material
+from golden.scene.gltf_material import gltf_material
 from golden.scene.mtl import read_mtl
 from tb.lib.schedules import SETTINGS
 
@@ -34,7 +34,7 @@ def assert_is(material, *, diffuse, specular, transparent, emission, index):
               Ns=st.sampled_from((0, 499.99, 500, 1000)), illum=st.integers(0, 9)))
 def test_an_mtl_material_has_the_shares_that_its_members_state(members):
     lines = ["newmtl a", *(f"{key} {' '.join(map(str, np.atleast_1d(value)))}" for key, value in members.items())]
-    material = read_mtl("\n".join(lines), where="a.mtl")["a"].material()
+    material = read_mtl("\n".join(lines).encode(), where="a.mtl")["a"].material()
     opacity = members.get("d", 1 - members.get("Tr", 0))
     shines = members.get("illum", 2) >= 3 or members.get("Ns", 0) >= 500
     refracts = "Ni" in members and members.get("illum", 2) >= 4

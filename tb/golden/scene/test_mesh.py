@@ -1,6 +1,7 @@
 """Faces of a file as patches: doubled, facing either way, of one- and two-sided materials, whole or in halves."""
 
 import numpy as np
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -15,15 +16,16 @@ HALVES = {"lower": ((0, 1, 2), [(0.7, 0.2)]), "upper": ((0, 2, 3), [(0.3, 0.8)])
 
 @st.composite
 def faces(draw):
-    """Of squares apart from one another: number, corners, material, and the point; the last corner stays the last."""
+    """Of squares apart from one another: number, corners in any rotation, material, and the point."""
     found = []
     for square in range(draw(st.integers(1, 3))):
         pieces = draw(st.sampled_from((QUAD, HALVES)))
         for _ in range(draw(st.integers(1, 5))):
             corners, (point,) = pieces[draw(st.sampled_from(sorted(pieces)))]
             front = draw(st.booleans())
-            if not front:
-                corners = (*corners[-2::-1], corners[-1])
+            corners = corners if front else corners[::-1]
+            turn = draw(st.integers(0, len(corners) - 1))
+            corners = corners[turn:] + corners[:turn]
             found.append((square, corners, draw(st.integers(0, 1)), point, front))
     return draw(st.permutations(found))
 
@@ -36,6 +38,7 @@ def holds(patch, point):
     return (winding > 0).all() or (winding < 0).all()
 
 
+@pytest.mark.filterwarnings("ignore:not used. faces in the place of an earlier one")
 @settings(SETTINGS, max_examples=60)
 @given(faces())
 @example([(0, (0, 1, 2), 1, (0.7, 0.2), True), (0, (0, 2, 3), 1, (0.3, 0.8), True),

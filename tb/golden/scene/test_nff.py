@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.errors import InputError, InputWarning
 from golden.scene.nff import read_nff
 
 VIEW = """v
@@ -42,7 +42,8 @@ pp 3
 
 @pytest.fixture(scope="module")
 def whole():
-    return read_nff(WHOLE, "dir/whole.nff", segments=8)
+    with pytest.warns(InputWarning, match="^not used: shares beyond a sum of 1$"):
+        return read_nff(WHOLE.encode(), "dir/whole.nff", segments=8)
 
 
 def test_view_becomes_the_camera(whole):
@@ -65,7 +66,7 @@ def test_lights_irradiate_the_middle_with_pi_over_root_n(whole):
 
 
 def test_light_in_the_middle_counts_as_a_tenth_of_the_diagonal_away():
-    scene = read_nff("l 0 0 0\ns 0 0 0 1", "x.nff")
+    scene = read_nff(b"l 0 0 0\ns 0 0 0 1", "x.nff")
     diagonal = np.linalg.norm(scene.bounds[1] - scene.bounds[0])
     assert scene.lights[0].intensity == pytest.approx([np.pi * (0.1 * diagonal) ** 2] * 3)
 
@@ -103,42 +104,43 @@ def test_a_fill_ends_a_smooth_surface():
     """Its material is the one before, whatever follows."""
     fills = [f"f {red} 0 0 1 0 0 0 0\n" for red in (1, 0.5, 0.25)]
     surfaces = [f"pp 3\n0 0 {z} 0 0 1\n1 0 {z} 0 0 1\n0 1 {z} 0 0 1\n" for z in (0, 1)]
-    scene = read_nff(fills[0] + surfaces[0] + fills[1] + surfaces[1] + fills[2] + "s 0 0 5 1", "x.nff", segments=6)
+    text = fills[0] + surfaces[0] + fills[1] + surfaces[1] + fills[2] + "s 0 0 5 1"
+    scene = read_nff(text.encode(), "x.nff", segments=6)
     assert scene.channels("diffuse")[:, 0].tolist() == [1, 0.5, *[0.25] * (len(scene) - 2)]
     assert len(set(scene.smooth[:3])) == 3
 
 
 def test_objects_before_a_fill_are_light_grey():
-    assert read_nff("s 0 0 0 1", "x.nff").materials[0].diffuse == (0.7, 0.7, 0.7)
+    assert read_nff(b"s 0 0 0 1", "x.nff").materials[0].diffuse == (0.7, 0.7, 0.7)
 
 
 def test_concave_polygon_is_cut_to_its_area_on_one_surface():
-    scene = read_nff("p 6\n0 0 0\n2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0", "x.nff")
+    scene = read_nff(b"p 6\n0 0 0\n2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0", "x.nff")
     assert scene.areas.sum() == pytest.approx(3)
     assert set(scene.surface) == {0}
     assert scene.normals[:, 2].min() > 0.999
 
 
 def test_values_may_be_on_any_line():
-    one = read_nff("s\n0 0\n0\n1\nc 0 0 0 1 0\n0 1 1", "x.nff")
-    other = read_nff("s 0 0 0 1\nc 0 0 0 1 0 0 1 1", "x.nff")
+    one = read_nff(b"s\n0 0\n0\n1\nc 0 0 0 1 0\n0 1 1", "x.nff")
+    other = read_nff(b"s 0 0 0 1\nc 0 0 0 1 0 0 1 1", "x.nff")
     assert np.array_equal(one.vertices, other.vertices)
 
 
 def test_segments_set_the_density():
-    assert len(read_nff("s 0 0 0 1", "x.nff", segments=6)) == 18
-    assert len(read_nff("s 0 0 0 1", "x.nff", segments=32)) == 512
+    assert len(read_nff(b"s 0 0 0 1", "x.nff", segments=6)) == 18
+    assert len(read_nff(b"s 0 0 0 1", "x.nff", segments=32)) == 512
 
 
 def test_many_spheres_are_refused_before_they_fill_the_memory(monkeypatch):
     monkeypatch.setattr("golden.scene.nff.MOST_ROUND", 300)
-    assert len(read_nff("s 0 0 0 1\ns 3 0 0 1\n", "a")) == 256
+    assert len(read_nff(b"s 0 0 0 1\ns 3 0 0 1\n", "a")) == 256
     with pytest.raises(InputError, match=r"^a:3: its spheres, cones and cylinders have more than 300 patches$"):
-        read_nff("s 0 0 0 1\n" * 4, "a")
+        read_nff(b"s 0 0 0 1\n" * 4, "a")
 
 
 def test_camera_is_optional():
-    scene = read_nff("s 0 0 0 1", "x.nff")
+    scene = read_nff(b"s 0 0 0 1", "x.nff")
     assert scene.camera is None
     assert scene.lights == ()
 
@@ -188,5 +190,5 @@ def test_camera_is_optional():
 ])
 def test_bad_file_is_one_line_with_its_position(text, message):
     with pytest.raises(InputError) as caught:
-        read_nff(text, "bad.nff")
+        read_nff(text.encode(), "bad.nff")
     assert str(caught.value) == message

@@ -256,6 +256,7 @@ def test_pictures_of_gltf_have_factors_and_colours_of_vertices_and_move_with_nod
         assert scene.channels("diffuse")[patch] * ratio == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore:.*'Kd' of 0 with a picture$")
 def test_a_picture_is_seen_on_a_material_that_is_black_without_it(tmp_path):
     """As some programs write it; other colours multiply the picture's."""
     found = []

@@ -41,10 +41,6 @@ TREES = {
     "negative": ({"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0, 2, 0, 1]},
                                  "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": -1}}}]},
                  "not used: negative emissiveStrength, baseColorFactor beyond 0 to 1"),
-    "sparse": ({"accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
-                               "sparse": {"count": 1}},
-                              {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}]},
-               "not used: sparse values of an accessor"),
     "materials": ({"materials": [{"alphaMode": "MASK", "normalTexture": {"index": 0}, "extensions": EXTENSIONS}]},
                   "not used: normalTexture, alphaMode MASK, KHR_materials_volume.attenuationDistance"),
 }
@@ -80,7 +76,7 @@ def test_values_of_a_library_that_are_not_used_are_named(tmp_path):
 @pytest.mark.parametrize(("line", "says"), [
     ("Kd -1 0.5 0.5", "negative 'Kd'"), ("Ke 1 1 -1", "negative 'Ke'"), ("d 7", "'d' above 1"),
     ("d -1", "negative 'd'"), ("Tr 2", "'Tr' above 1"), ("d -halo 0.3", "'-halo' of 'd'"),
-    ("map_Kd -s 2 2 1 -clamp on -o 0.5 -0.5 a.png", "'-s' of 'map_Kd', '-o' of 'map_Kd'")])
+    ("map_Kd -s 2 2 1 -clamp on -bm 0.5 a.png", "'-bm' of 'map_Kd'")])
 def test_values_and_options_of_a_library_without_effect_are_named(tmp_path, line, says):
     Image.new("RGB", (2, 2)).save(tmp_path / "a.png")
     write(tmp_path, "a.mtl", f"newmtl a\n{line}\n")

@@ -14,7 +14,7 @@ EIGHT = tuple(range(0, 360, 45))
 
 def first(text):
     """By C angle the intensity of the axis."""
-    found = read_eulumdat(text)
+    found = read_eulumdat(text.encode())
     return {plane: row[0] for plane, row in zip(found.planes.tolist(), found.candela.tolist(), strict=True)}
 
 
@@ -22,6 +22,7 @@ def test_intensities_are_per_thousand_lumens():
     assert first(eulumdat(flux=2500, factor=2)) == {0: 500}
 
 
+@pytest.mark.filterwarnings("ignore:not used. sets of lamps beside the first")
 @settings(SETTINGS, max_examples=60)
 @given(table=symmetric_tables(), sets=st.integers(1, 3), flux=st.sampled_from((500.0, 2000.0)),
        factor=st.sampled_from((0.5, 1.0)))
@@ -36,8 +37,9 @@ def test_symmetric_lights_are_completed_with_any_sets_of_lamps_and_factors(table
         given = candela[::-1]
     else:
         given = candela
-    found = read_eulumdat(eulumdat(symmetry=symmetry, planes=range(0, 360, step), gamma=gamma, sets=sets, flux=flux,
-                                   candela=np.array(given, dtype=float), factor=factor))
+    text = eulumdat(symmetry=symmetry, planes=range(0, 360, step), gamma=gamma, sets=sets, flux=flux,
+                    candela=np.array(given, dtype=float), factor=factor)
+    found = read_eulumdat(text.encode())
     assert found.gamma.tolist() == gamma
     assert found.planes.tolist() == list(range(0, 361, step))
     expected = [candela[planes.index(folded(mirrors, plane))] for plane in range(0, 361, step)]
@@ -46,9 +48,10 @@ def test_symmetric_lights_are_completed_with_any_sets_of_lamps_and_factors(table
 
 @pytest.mark.parametrize(("size", "opening"), [((1200, 600), (0.6, 1.2)), ((300, 0), (0.3, 0.3)), ((0, 0), (0, 0))])
 def test_the_opening_is_in_metres_with_its_length_along_c90(size, opening):
-    assert read_eulumdat(eulumdat(size=size)).opening == pytest.approx(opening)
+    assert read_eulumdat(eulumdat(size=size).encode()).opening == pytest.approx(opening)
 
 
+@pytest.mark.filterwarnings("ignore:not used. sets of lamps beside the first")
 def test_the_first_of_several_sets_of_lamps_counts_and_decimal_commas_do():
     assert first(eulumdat(sets=3, flux="2000,0")) == {0: 200}
 
@@ -66,5 +69,5 @@ def test_the_first_of_several_sets_of_lamps_counts_and_decimal_commas_do():
     (eulumdat(sets=0), "Number of sets of lamps must be 1 to 20")])
 def test_bad_texts_are_one_line(text, message):
     with pytest.raises(InputError, match=message) as caught:
-        read_eulumdat(text)
+        read_eulumdat(text.encode())
     assert "\n" not in str(caught.value)

@@ -120,5 +120,5 @@ def test_what_is_no_file_is_refused(tmp_path):
 
 
 def test_a_warning_names_the_file(tmp_path):
-    with pytest.warns(InputWarning, match=r"a\.ies: the dependence on the lamp's tilt"):
+    with pytest.warns(InputWarning, match=r"a\.ies: not used: dependence on the lamp's tilt"):
         hung(tmp_path, ies(tilt="tilt.txt"))
