@@ -31,8 +31,8 @@ _FRUSTA = ("hemisphere", "primary")
 _NAMED = {"Samples": "--spp", "Width": "--size", "Height": "--size", "Size": "--size", "Size times samples": "--size",
           "Light samples": "--light-samples", "Depth": "--depth", "Seed": "--seed", "Jobs": "--jobs",
           "Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Field of view": "--fov",
-          "Target": "--target", "Up": "--up", "Clusters": "--clusters", "Sensor table": "--sensor-table",
-          **DAYLIGHT_NAMED}
+          "Target": "--target", "Up": "--up", "Zenith": "--zenith", "Clusters": "--clusters",
+          "Sensor table": "--sensor-table", **DAYLIGHT_NAMED}
 
 
 def render_command(*methods: CastingMethod) -> click.Command:
@@ -49,6 +49,8 @@ def render_command(*methods: CastingMethod) -> click.Command:
                   "of it]")
     @click.option("--target", type=Numbers(), help="Set the point that the camera looks at.")
     @click.option("--up", type=Numbers(), help="Set the direction that is up in the image.")
+    @click.option("--zenith", type=Numbers(), help="Set the direction that is up in the scene, for skies, luminaires "
+                  "and the default view.  [default: the format's]")
     @click.option("--fov", type=float, help="Set the full vertical field of view in degrees.")
     @add_options(DAYLIGHT)
     @click.option("--luminaire", type=(FILE, Place()), multiple=True, metavar="FILE X,Y,Z[,TURN]",
@@ -103,9 +105,9 @@ def render_command(*methods: CastingMethod) -> click.Command:
         photometry = Photometry(**{name: given[name] for name in PHOTOMETRIC_NAMES})
         files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry,
                             **{name: given[name] for name in ("exposure", "tone", "gamma")})
-        view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "sky")}, daylight=daylight,
-                    luminaires=tuple(Luminaire(path=path, place=place[:3], turn=place[3])
-                                     for path, place in given["luminaire"]))
+        view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "zenith", "sky")},
+                    daylight=daylight, luminaires=tuple(Luminaire(path=path, place=place[:3], turn=place[3])
+                                                        for path, place in given["luminaire"]))
         if chosen:
             chosen.check(frustum=tuple(settings.side * count for count in size), **options)
 

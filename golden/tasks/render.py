@@ -5,6 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
+from golden.errors import InputError
 from golden.image import false_colour, write_exr, write_png
 from golden.input_warnings import warn
 from golden.light.tone import tone_map
@@ -33,6 +36,8 @@ class View:
     ----------
     eye, target, up, fov
         See `golden.scene.camera.Camera`.
+    zenith
+        The scene's up, for skies, luminaires and a view of all of the scene.
     sky
         Radiance from outside the scene.
     daylight
@@ -45,13 +50,18 @@ class View:
     target: tuple[float, ...] | None = None
     up: tuple[float, ...] | None = None
     fov: float | None = None
+    zenith: tuple[float, ...] | None = None
     sky: tuple[float, ...] | None = None
     daylight: Daylight | None = None
     luminaires: tuple[Luminaire, ...] = ()
 
     def scene(self, name: str, efficacy: float) -> Scene:
         """The scene with this background and these lights, for ``efficacy`` in lm/W."""
-        opened = open_scene(name, up=self.up)
+        opened = open_scene(name)
+        if self.zenith is not None:
+            if not (np.isfinite(self.zenith).all() and np.any(self.zenith)):
+                raise InputError(f"scene: Zenith must be three finite values, not all zero, not {self.zenith!r}")
+            opened = replace(opened, up=self.zenith)
         if self.sky is not None:
             opened = replace(opened, background=self.sky)
         for light in (self.daylight, *self.luminaires):

@@ -38,7 +38,8 @@ WRONG = {
     "meshes[0].primitives[0].attributes.POSITION": (None, "a whole number"),
     "meshes[0].primitives[0].material": ("0", "a whole number")}
 # Members that an object must have.
-BESIDE = {"meshes": {"primitives": []}, "accessors": {"count": 1, "componentType": 5126, "type": "VEC3"}, "buffers": {"byteLength": 0}, "textures": {}, "baseColorTexture": {"index": 0},
+BESIDE = {"meshes": {"primitives": []}, "accessors": {"count": 1, "componentType": 5126, "type": "VEC3"},
+          "buffers": {"byteLength": 0}, "textures": {}, "baseColorTexture": {"index": 0},
           "perspective": {"yfov": 1.0}}
 
 

@@ -2,34 +2,26 @@ import json
 import os
 import struct
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from PIL import Image
 
 from golden.errors import InputWarning
+from golden.scene.builtin import builtin_scene
 from golden.scene.gltf_tree import MOST_FACES, MOST_PRIMITIVES, MOST_ZEROS
 from golden.scene.load import load_scene
+from golden.scene.luminaires.luminaire import Luminaire
 from tb.golden.commands.runner import run
+from tb.golden.scene.luminaires.texts import eulumdat, ies
 from tb.golden.scene.test_load import BOX, BOX_QUADS, ELL, FORMATS, SQUARE, gltf, obj, ply, refusal, write
 
-SUN = {"KHR_lights_punctual": {"lights": [{"type": "laser", "range": 3}]}}
-LIBRARY = "newmtl a\nKd 1 1 1\nKs 1 1 1\nNs 10\nTf 0 0 1\nmap_Bump b.png\nbump b.png\n"
-HELD = {
-    "line.obj": (SQUARE + "f 1 2 3\nl 1 2\nl 2 3\np 1\n", "not used: 'l' (2), 'p'"),
-    "colours.obj": ("v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not used: colours of vertices"),
-    "flat.obj": (SQUARE + "v 2 0 0\nf 1 2 3 4\nf 1 2 2\nf 1 2 5\n", "not used: face 2 and 1 more have no area"),
-    "gone.obj": ("mtllib gone.mtl\n" + SQUARE + "usemtl steel\nf 1 2 3\n",
-                 "there is no material library 'gone.mtl': its materials become grey"),
-    "edges.ply": (ply(ELL, [tuple(range(6))]).replace(b"end_header", b"element edge 1\nproperty int a\nend_header")
-                  + b"7\n", "not used: element edge"),
-    "quality.ply": (ply(ELL, [tuple(range(6))], vertex_colours=[(1, 2, 3)] * 6).replace(b"uchar red", b"uchar alpha"),
-                    "not used: vertex property alpha, vertex property green, vertex property blue"),
-    "coloured.stl": (b"\0" * 80 + struct.pack("<I12fH", 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 31),
-                     "not used: attributes of facets"),
-}
+SUN = {"KHR_lights_punctual": {"lights": [{"type": "laser", "range": 3},
+                                          {"type": "spot", "spot": {"innerConeAngle": 1, "outerConeAngle": 0.5}}]}}
 EXTENSIONS = {"KHR_materials_volume": {"attenuationDistance": 1}, "KHR_materials_ior": {"ior": 1.4}}
 TREES = {
-    "lights": ({"extensions": SUN}, "not used: laser light, range of a light"),
+    "lights": ({"extensions": SUN, "nodes": [{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 1}}}]},
+               "not used: laser light, range of a light, innerConeAngle beyond outerConeAngle"),
     "animations": ({"animations": [{}, {}], "skins": [{}]}, "not used: animations (2), skins"),
     "scenes": ({"scenes": [{"nodes": [0]}] * 3}, "not used: scenes beside the first (2)"),
     "extensions": ({"extensionsUsed": ["KHR_materials_ior", "KHR_materials_sheen"]},
@@ -43,47 +35,117 @@ TREES = {
                  "not used: negative emissiveStrength, baseColorFactor beyond 0 to 1"),
     "materials": ({"materials": [{"alphaMode": "MASK", "normalTexture": {"index": 0}, "extensions": EXTENSIONS}]},
                   "not used: normalTexture, alphaMode MASK, KHR_materials_volume.attenuationDistance"),
+    "lines": ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}, {"mode": 1}]}]},
+              "not used: points and lines"),
+    "corners": ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]},
+                "not used: corners of an incomplete triangle"),
+    "picture": ({"materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+                 "textures": [{"source": 0}], "images": [{"uri": "my%20wall.png"}]},
+                "there is no picture 'my wall.png': baseColorTexture 0 is not used"),
+    "no picture": ({"materials": [{"emissiveTexture": {"index": 0}}], "textures": [{}]},
+                   "texture 0 has no picture that can be read: emissiveTexture is not used"),
 }
+LIBRARIES = {
+    "Kd 1 1 1\nKs 1 1 1\nNs 10\nTf 0 0 1\nmap_Bump b.png\nbump b.png":
+        "not used: 'map_Bump', 'bump', 'Ks' of a highlight, 'Tf' of an opaque material",
+    "Kd -1 0.5 0.5": "not used: negative 'Kd'", "Ke 1 1 -1": "not used: negative 'Ke'", "d 7": "not used: 'd' above 1",
+    "d -1": "not used: negative 'd'", "Tr 2": "not used: 'Tr' above 1", "d -halo 0.3": "not used: '-halo' of 'd'",
+    "Kd 0.8 0.1 0.1\nKs 0.5 0 0\nillum 3": "not used: shares beyond a sum of 1",
+    "Kd 0 0 0 0": "not used: further values of 'Kd'", "d 1\nTr 1": "not used: 'Tr' that contradicts 'd'",
+    "Ni 0": "not used: 'Ni' below 1", "newmtl b\nnewmtl a":
+        "a.mtl:3: material 'a' is defined again: the first definition is not used",
+    "map_Kd -s 2 2 1 -clamp on -bm 0.5 a.png": "not used: '-bm' of 'map_Kd'",
+    "Kd 0 0 0\nmap_Kd a.png -texres 9": "not used: '-texres' of 'map_Kd', 'Kd' of 0 with a picture",
+    "map_Kd clear.png": "not used: alpha of 'map_Kd'",
+    "map_Kd gone away.png": "a.mtl:2: there is no picture 'gone away.png': 'Kd' alone is used",
+}
+FACE = SQUARE + "f 1 2 3\n"
+HEXAGON = ply(ELL, [tuple(range(6))])
+FILES = {
+    "lines.obj": (FACE + "l 1 2\nl 2 3\np 1\n", "not used: 'l' (2), 'p'"),
+    "colours.obj": ("v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not used: colours of vertices"),
+    "weights.obj": ("v 0 0 0 2\nv 1 0 0 1\nv 0 1 0\nf 1 2 3\n", "not used: weights of vertices"),
+    "third.obj": (FACE + "vt 0 0 1\nvt 0 0 0\n", "not used: third texture coordinates"),
+    "flat.obj": (SQUARE + "v 2 0 0\nf 1 2 3 4\nf 1 2 2\nf 1 2 5\n", "not used: face 2 and 1 more have no area"),
+    "gone.obj": ("mtllib gone.mtl\n" + SQUARE + "usemtl steel\nf 1 2 3\n",
+                 "there is no material library 'gone.mtl': its materials become grey"),
+    "missing.obj": (SQUARE + "usemtl steel\nf 1 2 3\nusemtl wood\nf 1 3 4\n",
+                    "there is no material 'steel' and 1 more: faces of it become grey"),
+    "comment.obj": ("mtllib b.mtl\nusemtl b # the wall\n" + FACE, "material 'b # the wall' is taken for 'b'"),
+    "again.obj": ("mtllib b.mtl c.mtl\nusemtl b\n" + FACE,
+                  "not used: material of a further library with the name of an earlier one"),
+    "doubled.obj": ("mtllib b.mtl\nusemtl b\n" + SQUARE + "f 1 2 3 4\nusemtl c\nf 4 3 2 1\n",
+                    "not used: faces in the place of an earlier one of another material (1)"),
+    "edges.ply": (HEXAGON.replace(b"end_header", b"element edge 1\nproperty int a\nend_header") + b"7\n",
+                  "not used: element edge"),
+    "quality.ply": (ply(ELL, [tuple(range(6))], vertex_colours=[(1, 2, 3)] * 6).replace(b"uchar red", b"uchar alpha"),
+                    "not used: vertex property alpha, vertex property green, vertex property blue"),
+    "bright.ply": (ply(ELL, [tuple(range(6))], face_colours=[(1, 1, 2)]).replace(b"uchar red", b"float red").replace(
+        b"uchar green", b"float green").replace(b"uchar blue", b"float blue"), "not used: colours beyond 0 to 1"),
+    "words.ply": (HEXAGON + b"1 2 3\n", "not used: words behind the last row (3)"),
+    "bytes.ply": (ply(ELL, [tuple(range(6))], kind="binary_big_endian") + b"\n", "not used: bytes behind the last row"),
+    "coloured.stl": (b"\0" * 80 + struct.pack("<I12fH", 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 31),
+                     "not used: attributes of facets"),
+    "longer.stl": (b"\0" * 80 + struct.pack("<I12fH", 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0) + b"\n",
+                   "not used: bytes behind the last facet"),
+    "controls.vs3": ("C encl=1\nF 3\nV 1 0 0 0\nV 2 1 0 0 0\nV 3 0 1 0\nS 1 1 2 3 0 0 0 0.5 a\nS 2 3 2 1 0 0 1 1 b\n",
+                     "not used: controls, words behind a vertex, combination of a surface"),
+    "views.nff": (2 * "v\nfrom 1 0 0\nat 0 0 0\nup 0 0 1\nangle 45\nb 0 0 0\n" + "f 1 1 1 1 1 0 0 1\ns 0 0 0 1\n",
+                  "not used: view before the last one, background before the last one, shares beyond a sum of 1"),
+    "tilt.ies": (ies(tilt="lamp.txt"), "not used: dependence on the lamp's tilt"),
+    "high.ies": (ies(size=(1, 1, 0.2)), "not used: height of the luminous opening"),
+    "more.ies": (ies() + "1 2\n", "not used: numbers behind the candela values (2)"),
+    "commas.ies": (ies(candela=[(5.5, 6.5, 7)]).replace(".", ","), "its commas are taken for decimal points"),
+    "type.ies": (ies(lamp=0.9).replace("IESNA:LM-63-2002", "IES:LM-63-2019"), "not used: type of generation 0.9"),
+    "sets.ldt": (eulumdat(sets=3), "not used: sets of lamps beside the first (2)"),
+    "more.ldt": (eulumdat() + "5\n", "not used: numbers behind the intensities"),
+}
+CASES = [*FILES, *TREES, *LIBRARIES]
 
 
-@pytest.mark.parametrize("name", HELD)
-def test_what_a_file_holds_and_a_scene_does_not_use_is_named_once(tmp_path, name):
-    content, says = HELD[name]
-    path = write(tmp_path, name, content)
-    with pytest.warns(InputWarning) as caught:
-        load_scene(path)
-    assert [str(warning.message) for warning in caught] == [f"{path}: {says}"]
+def named(folder, case):
+    """The file of a case, and what is named of it."""
+    if case in TREES:
+        return gltf(folder, **TREES[case][0]), TREES[case][1]
+    for name in "b", "c":
+        write(folder, f"{name}.mtl", "newmtl b\nKd 1 0 0\n" + ("newmtl c\nKd 0 1 0\n" if name == "b" else ""))
+    if case in FILES:
+        return write(folder, case, FILES[case][0]), FILES[case][1]
+    Image.new("RGB", (2, 2)).save(folder / "a.png")
+    Image.new("RGBA", (2, 2)).save(folder / "clear.png")
+    write(folder, "a.mtl", f"newmtl a\n{case}\n")
+    says = LIBRARIES[case]
+    return (write(folder, "a.obj", "mtllib a.mtl\nusemtl a\n" + SQUARE + "vt 0 0\nf 1/1 2/1 3/1\n"),
+            f"a.mtl: {says}" if says.startswith("not used") else says)
 
 
-@pytest.mark.parametrize("case", TREES)
-def test_what_a_gltf_file_holds_and_a_scene_does_not_use_is_named_once(tmp_path, case):
-    changes, says = TREES[case]
-    path = gltf(tmp_path, **changes)
-    with pytest.warns(InputWarning) as caught:
-        load_scene(path)
-    assert [str(warning.message) for warning in caught] == [f"{path}: {says}"]
+@pytest.mark.parametrize("case", CASES)
+def test_what_a_reader_does_not_use_as_the_file_has_it_is_named_and_strictly_refused(tmp_path, case):
+    path, says = named(tmp_path, case)
+    if path.suffix in (".ies", ".ldt"):
+        lamp, room = Luminaire(path=path, place=(0, 0, 1)), builtin_scene("furnace:1")
+        with pytest.warns(InputWarning) as caught:
+            lamp.scene(room, 1)
+        assert [str(warning.message) for warning in caught] == [f"{path}: {says}"]
+        return
+    output = tmp_path / "out.ply"
+    kind = run("scene", path, "-o", output)
+    assert (kind.exit_code, kind.stderr) == (0, f"warning: {path}: {says}\n")
+    output.unlink()
+    strict = run("scene", path, "-o", output, "--strict")
+    assert (strict.exit_code, strict.stderr) == (2, f"error: {path}: {says}\n")
+    assert not output.exists()
 
 
-def test_values_of_a_library_that_are_not_used_are_named(tmp_path):
-    write(tmp_path, "a.mtl", LIBRARY)
-    path = write(tmp_path, "a.obj", "mtllib a.mtl\nusemtl a\n" + obj(BOX, BOX_QUADS))
-    with pytest.warns(InputWarning) as caught:
-        load_scene(path)
-    assert [str(warning.message) for warning in caught] == [
-        f"{path}: a.mtl: not used: 'map_Bump', 'bump', 'Ks' of a highlight, 'Tf' of an opaque material"]
-
-
-@pytest.mark.parametrize(("line", "says"), [
-    ("Kd -1 0.5 0.5", "negative 'Kd'"), ("Ke 1 1 -1", "negative 'Ke'"), ("d 7", "'d' above 1"),
-    ("d -1", "negative 'd'"), ("Tr 2", "'Tr' above 1"), ("d -halo 0.3", "'-halo' of 'd'"),
-    ("map_Kd -s 2 2 1 -clamp on -bm 0.5 a.png", "'-bm' of 'map_Kd'")])
-def test_values_and_options_of_a_library_without_effect_are_named(tmp_path, line, says):
-    Image.new("RGB", (2, 2)).save(tmp_path / "a.png")
-    write(tmp_path, "a.mtl", f"newmtl a\n{line}\n")
-    path = write(tmp_path, "a.obj", "mtllib a.mtl\nusemtl a\n" + SQUARE + "vt 0 0\nf 1/1 2/1 3/1\n")
-    with pytest.warns(InputWarning) as caught:
-        load_scene(path)
-    assert [str(warning.message) for warning in caught] == [f"{path}: a.mtl: not used: {says}"]
+def test_files_that_are_read_in_threads_name_what_they_have(tmp_path):
+    """Each its own, and the filters of warnings stay as they are."""
+    paths = [write(tmp_path, f"{number}.obj", FACE + "l 1 2\n" * (number + 1)) for number in range(40)]
+    before = list(warnings.filters)
+    with pytest.warns(InputWarning) as caught, ThreadPoolExecutor(8) as pool:
+        list(pool.map(load_scene, paths))
+    assert sorted(str(warning.message) for warning in caught) == sorted(
+        f"{path}: not used: 'l'" + (f" ({number + 1})" if number else "") for number, path in enumerate(paths))
+    assert warnings.filters == before
 
 
 def test_a_byte_order_mark_hides_no_first_line(tmp_path):
@@ -104,16 +166,6 @@ def test_a_face_without_area_leaves_the_others_as_they_are(tmp_path):
     with pytest.warns(InputWarning):
         scene = load_scene(path)
     assert scene.areas.tolist() == [1]
-
-
-def test_strict_makes_a_warning_an_error(tmp_path):
-    path, output = write(tmp_path, "a.obj", SQUARE + "f 1 2 3\nl 1 2\n"), tmp_path / "b.ply"
-    kind = run("scene", path, "-o", output)
-    assert (kind.exit_code, kind.stderr) == (0, f"warning: {path}: not used: 'l'\n")
-    output.unlink()
-    strict = run("scene", path, "-o", output, "--strict")
-    assert (strict.exit_code, strict.stderr) == (2, f"error: {path}: not used: 'l'\n")
-    assert not output.exists()
 
 
 def test_a_scene_is_not_written_over_itself(tmp_path):

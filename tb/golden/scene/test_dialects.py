@@ -1,0 +1,41 @@
+"""A file is read the same in whatever dialect of its format a program writes it, without a warning."""
+
+import pytest
+from hypothesis import given, settings
+
+from golden.scene.lights import DirectionalLight
+from golden.scene.load import load_scene
+from tb.golden.scene.dialects import DIALECTS
+from tb.lib.schedules import SETTINGS
+
+MANY = pytest.param(500, marks=pytest.mark.nightly)
+
+
+def faces(scene):
+    """By a patch's corners its grey and whether it is two-sided."""
+    assert (scene.channels("diffuse") == scene.channels("diffuse")[:, :1]).all()
+    greys = [round(grey, 9) for grey in scene.channels("diffuse")[:, 0].tolist()]
+    return {frozenset(map(tuple, patch)): both for patch, *both in zip(
+        scene.vertices.tolist(), greys, scene.two_sided.tolist(), strict=True)}
+
+
+def lights(scene):
+    """Kind, strength and the angles of a cone of each light."""
+    return tuple(("directional", light.irradiance, ()) if isinstance(light, DirectionalLight)
+                 else ("spot" if light.cone else "point", light.intensity,
+                       () if light.cone is None else (round(light.cone.inner, 4), round(light.cone.outer, 4)))
+                 for light in scene.lights)
+
+
+@pytest.mark.parametrize("examples", [15, MANY])
+@pytest.mark.parametrize("name", DIALECTS)
+def test_a_file_says_the_same_in_every_dialect(tmp_path, name, examples):
+    @settings(SETTINGS, max_examples=examples)
+    @given(file=DIALECTS[name])
+    def reads(file):
+        for part, data in file.files.items():
+            (tmp_path / part).write_bytes(data)
+        scene = load_scene(tmp_path / next(iter(file.files)))
+        assert faces(scene) == {corners: list(values) for corners, values in file.faces.items()}
+        assert lights(scene) == file.lights
+    reads()
