@@ -84,7 +84,7 @@ def _value(lines, number, *, whole=False):
 
 def _is_stated(lines, number):
     """A value that is not used is there and is not 0."""
-    return bool(lines[number].strip(" 0,."))
+    return bool(lines[number].strip().strip("+-0,."))
 
 
 def _whole_turn(symmetry, angles, candela):

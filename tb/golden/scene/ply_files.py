@@ -90,7 +90,7 @@ def ply_files(draw) -> PlyFile:
     elements, some of them empty. Faces may come before vertices.
     """
     kind = draw(st.sampled_from(sorted(_ORDERS)))
-    order, end = _ORDERS[kind], draw(st.sampled_from(("\n", "\r\n")))
+    order, end = _ORDERS[kind], draw(st.sampled_from(("\n", "\r\n", "\r")))
     coordinates = [draw(st.sampled_from(sorted(_CODES))) for _ in range(3)]
     points = draw(st.lists(st.tuples(*map(_values, coordinates)), min_size=3, max_size=9))
     faces = draw(st.lists(st.lists(st.integers(0, len(points) - 1), min_size=1, max_size=6), min_size=1, max_size=9))
@@ -112,11 +112,11 @@ def ply_files(draw) -> PlyFile:
         count = draw(st.integers(0, 3)) if more else 0
         elements.append((f"more{number}", more, [_row(draw, more, {}) for _ in range(count)]))
     elements = draw(st.permutations(elements))
-    head, body = ["ply", f"format {kind} 1.0", "comment drawn"], b""
+    head, body = ["ply", f"format {kind} 1.0", "comment end_header", "obj_info Tür"], b""
     for name, properties, rows in elements:
         head.append(f"element {name} {len(rows)}")
         head += [f"property list {length} {kind} {name}" if length else f"property {kind} {name}"
                  for name, kind, length in properties]
         body += b"".join(_encoded(order, properties, row) for row in rows)
-    data = end.join([*head, "end_header", ""]).encode() + body
+    data = end.join([*head, "end_header", ""]).encode(draw(st.sampled_from(("utf-8", "latin-1")))) + body
     return PlyFile(data, points, faces, colour_kind, colours)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from golden.errors import InputError
 from golden.scene.luminaires.eulumdat import read_eulumdat
-from tb.golden.scene.luminaires.texts import eulumdat
+from tb.golden.scene.luminaires.texts import eulumdat, eulumdat_dialects
 from tb.golden.scene.luminaires.webs import folded, symmetric_tables
 from tb.lib.schedules import SETTINGS
 
@@ -23,27 +23,25 @@ def test_intensities_are_per_thousand_lumens():
 
 
 @pytest.mark.filterwarnings("ignore:not used. sets of lamps beside the first")
-@settings(SETTINGS, max_examples=60)
-@given(table=symmetric_tables(), sets=st.integers(1, 3), flux=st.sampled_from((500.0, 2000.0)),
-       factor=st.sampled_from((0.5, 1.0)))
-def test_symmetric_lights_are_completed_with_any_sets_of_lamps_and_factors(table, sets, flux, factor):
-    mirrors, (gamma, planes, candela) = table["mirrors"], (table[name] for name in ("gamma", "planes", "candela"))
-    symmetry = {(): 0, ("C0",): 2, ("C90",): 3, ("C0", "C90"): 4}[mirrors]
-    step = planes[1] - planes[0]
-    if symmetry == 0:
-        given = candela[:-1]
-    elif symmetry == 3:
-        # The file has C270 over C0 to C90: mirror images of C270 to C90.
-        given = candela[::-1]
-    else:
-        given = candela
-    text = eulumdat(symmetry=symmetry, planes=range(0, 360, step), gamma=gamma, sets=sets, flux=flux,
-                    candela=np.array(given, dtype=float), factor=factor)
-    found = read_eulumdat(text.encode())
-    assert found.gamma.tolist() == gamma
-    assert found.planes.tolist() == list(range(0, 361, step))
-    expected = [candela[planes.index(folded(mirrors, plane))] for plane in range(0, 361, step)]
-    np.testing.assert_allclose(found.candela, np.array(expected) * factor * flux / 1000)
+@pytest.mark.parametrize("examples", [60, pytest.param(500, marks=pytest.mark.nightly)])
+def test_symmetric_lights_are_completed_with_any_lamps_and_factors_in_every_dialect(examples):
+    @settings(SETTINGS, max_examples=examples)
+    @given(table=symmetric_tables(), sets=st.integers(1, 3), flux=st.sampled_from((500.0, 2000.0)),
+           factor=st.sampled_from((0.5, 1.0)), write=eulumdat_dialects())
+    def completes(table, sets, flux, factor, write):
+        mirrors, (gamma, planes, candela) = table["mirrors"], (table[name] for name in ("gamma", "planes", "candela"))
+        symmetry = {(): 0, ("C0",): 2, ("C90",): 3, ("C0", "C90"): 4}[mirrors]
+        step = planes[1] - planes[0]
+        # With symmetry 3 the file has C270 over C0 to C90: mirror images of C270 to C90.
+        given = {0: candela[:-1], 3: candela[::-1]}.get(symmetry, candela)
+        text = eulumdat(symmetry=symmetry, planes=range(0, 360, step), gamma=gamma, sets=sets, flux=flux,
+                        candela=np.array(given, dtype=float) + 0.25, factor=factor)
+        found = read_eulumdat(write(text))
+        assert found.gamma.tolist() == gamma
+        assert found.planes.tolist() == list(range(0, 361, step))
+        expected = [candela[planes.index(folded(mirrors, plane))] for plane in range(0, 361, step)]
+        np.testing.assert_allclose(found.candela, (np.array(expected) + 0.25) * factor * flux / 1000)
+    completes()
 
 
 @pytest.mark.parametrize(("size", "opening"), [((1200, 600), (0.6, 1.2)), ((300, 0), (0.3, 0.3)), ((0, 0), (0, 0))])

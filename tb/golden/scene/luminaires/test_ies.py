@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from golden.errors import InputError, InputWarning
 from golden.scene.luminaires.ies import read_ies
 from golden.scene.luminaires.photometric_web import PhotometricWeb
-from tb.golden.scene.luminaires.texts import ies
+from tb.golden.scene.luminaires.texts import ies, ies_dialects
 from tb.golden.scene.luminaires.webs import folded, symmetric_tables
 from tb.lib.schedules import SETTINGS
 
@@ -17,24 +17,34 @@ def candela(text):
     return dict(zip(found.planes.tolist(), found.candela.tolist(), strict=True))
 
 
+@pytest.mark.parametrize(("edition", "lamp", "factor"), [
+    ("IESNA:LM-63-2002", 1.1, 1.1), ("IESNA91", 1.1, 1.1), ("IES:LM-63-2019", 1.111, 1)])
+def test_the_type_of_generation_of_an_edition_is_no_factor(edition, lamp, factor):
+    assert candela(ies(lamp=lamp).replace("IESNA:LM-63-2002", edition)) == {0: pytest.approx([100 * factor] * 3)}
+
+
 def test_multiplier_and_both_ballast_factors_scale_the_intensities():
     assert candela(ies(multiplier=2, ballast=0.5)) == {0: [100, 100, 100]}
     assert candela(ies(multiplier=3, ballast=0.5, lamp=0.75)) == {0: [112.5, 112.5, 112.5]}
     assert candela(ies(multiplier=3)) == {0: [300, 300, 300]}
 
 
-@settings(SETTINGS, max_examples=60)
-@given(table=symmetric_tables(), multiplier=st.sampled_from((1.0, 2.0)), ballast=st.sampled_from((0.5, 1.0)),
-       unit=st.sampled_from((1, 2)))
-def test_symmetric_lights_are_completed_with_any_factors_and_units(table, multiplier, ballast, unit):
-    mirrors, (gamma, planes, values) = table["mirrors"], (table[name] for name in ("gamma", "planes", "candela"))
-    text = ies(vertical=gamma, horizontal=planes, candela=np.array(values, dtype=float), unit=unit,
-               multiplier=multiplier, ballast=ballast, size=(1.0, 2.0, 0.0))
-    found = read_ies(text.encode())
-    assert found.planes.tolist() == list(range(0, 361, planes[1] - planes[0]))
-    expected = [values[planes.index(folded(mirrors, plane))] for plane in found.planes.astype(int).tolist()]
-    np.testing.assert_allclose(found.candela, np.array(expected) * multiplier * ballast)
-    assert found.opening == pytest.approx((2, 1) if unit == 2 else (0.6096, 0.3048))
+@pytest.mark.filterwarnings("ignore:its commas are taken for decimal points$")
+@pytest.mark.parametrize("examples", [60, pytest.param(500, marks=pytest.mark.nightly)])
+def test_symmetric_lights_are_completed_with_any_factors_and_units_in_every_dialect(examples):
+    @settings(SETTINGS, max_examples=examples)
+    @given(table=symmetric_tables(), multiplier=st.sampled_from((1.0, 2.0)), ballast=st.sampled_from((0.5, 1.0)),
+           unit=st.sampled_from((1, 2)), write=ies_dialects())
+    def completes(table, multiplier, ballast, unit, write):
+        mirrors, (gamma, planes, values) = table["mirrors"], (table[name] for name in ("gamma", "planes", "candela"))
+        text = ies(vertical=gamma, horizontal=planes, candela=np.array(values, dtype=float) + 0.25, unit=unit,
+                   multiplier=multiplier, ballast=ballast, size=(1.0, 2.0, 0.0))
+        found = read_ies(write(text))
+        assert found.planes.tolist() == list(range(0, 361, planes[1] - planes[0]))
+        expected = [values[planes.index(folded(mirrors, plane))] for plane in found.planes.astype(int).tolist()]
+        np.testing.assert_allclose(found.candela, (np.array(expected) + 0.25) * multiplier * ballast)
+        assert found.opening == pytest.approx((2, 1) if unit == 2 else (0.6096, 0.3048))
+    completes()
 
 
 @pytest.mark.parametrize(("horizontal", "values", "whole"), [
@@ -55,16 +65,6 @@ def test_a_tilt_is_read_over_with_a_warning():
     text = ies().replace("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 45 90\n1 0.9 0.8")
     with pytest.warns(InputWarning, match="lamp's tilt"):
         assert candela(text) == {0: [100, 100, 100]}
-
-
-def test_numbers_that_follow_the_candela_values_are_counted():
-    with pytest.warns(InputWarning, match=r"not used: numbers behind the candela values \(3\)"):
-        read_ies(ies().replace("100.0", "100 5").encode())
-
-
-def test_the_text_may_have_other_ends_of_lines_and_breaks():
-    text = ies(candela=[(5, 6, 7)]).replace("\n", "\r\n").replace("5.0 6.0 7.0", "5.0\r\n6.0,\r\n7.0")
-    assert candela(text) == {0: [5, 6, 7]}
 
 
 def test_a_lambertian_file_has_its_lumens():
