@@ -3,6 +3,7 @@
 from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from math import isqrt
+from numbers import Integral
 
 import numpy as np
 
@@ -104,8 +105,9 @@ class RenderSettings:
                   "depth": (0, 64), "seed": (0, 2**63 - 1)}
         for name, (low, high) in limits.items():
             value = getattr(self, name)
-            if not isinstance(value, int) or not low <= value <= high:
+            if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
                 raise InputError(f"{name.capitalize().replace('_', ' ')} must be {low} to {high}, not {value!r}")
+            object.__setattr__(self, name, int(value))
         if self.side**2 != self.samples:
             raise InputError(f"Samples must be a square number (1, 4, 9, 16 ... 1024), not {self.samples}; the nearest "
                              f"ones are {self.side**2} and {(self.side + 1)**2}")

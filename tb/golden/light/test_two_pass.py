@@ -393,6 +393,7 @@ def test_default_elements_and_rays_are_about_as_many_as_aimed_at(monkeypatch):
     ({"width": 0}, "Width must be 1 to 16384, not 0"),
     ({"height": 16385}, "Height must be 1 to 16384, not 16385"),
     ({"height": 2.0}, "Height must be 1 to 16384, not 2.0"),
+    ({"samples": True}, "Samples must be 1 to 1024, not True"),
     ({"width": 16384, "height": 4097}, "Size must be at most 67108864 pixels, not 16384 x 4097"),
     ({"samples": 0}, "Samples must be 1 to 1024, not 0"),
     ({"samples": 1025}, "Samples must be 1 to 1024, not 1025"),
@@ -411,6 +412,10 @@ def test_settings_out_of_range_are_refused(bad, message):
     with pytest.raises(InputError) as error:
         RenderSettings(**bad)
     assert str(error.value) == message
+
+
+def test_settings_may_be_whole_numbers_of_numpy():
+    assert RenderSettings(width=np.int64(64), samples=np.uint8(4)) == RenderSettings(width=64)
 
 
 def test_unknown_solvers_are_refused_with_the_known_ones():

@@ -84,13 +84,6 @@ def test_every_quad_of_a_file_survives(tmp_path, name, shape):
     assert scene.areas.sum() == pytest.approx(area, rel=1e-6)
 
 
-def test_a_gltf_file_with_its_buffer_beside_it_is_read(tmp_path):
-    files = trimesh.Scene(box_mesh()).export(file_type="gltf")
-    for name, content in files.items():
-        write(tmp_path, name, content)
-    assert len(load_scene(tmp_path / "model.gltf")) == 6
-
-
 @pytest.mark.parametrize("name", ["ell.obj", "ell.ply"])
 def test_a_concave_polygon_keeps_its_area(tmp_path, name):
     content = obj(ELL, [range(6)]) if name.endswith("obj") else ply(ELL, [tuple(range(6))])
@@ -114,21 +107,6 @@ def test_triangles_among_polygons_stay_triangles(tmp_path):
     assert scene.is_triangle.tolist() == [False, True, True]
 
 
-def test_a_binary_ply_with_faces_of_all_sizes_is_read(tmp_path):
-    random = np.random.default_rng(4)
-    points, faces = [], []
-    for k in range(80):
-        count = int(random.integers(3, 8))
-        angle = np.arange(count) * 2 * np.pi / count
-        faces.append(tuple(range(len(points), len(points) + count)))
-        points += [(3 * k + np.cos(turn), np.sin(turn), 0.0) for turn in angle]
-    expected = sum(len(face) / 2 * np.sin(2 * np.pi / len(face)) for face in faces)
-    for kind in ("binary_little_endian", "binary_big_endian", "ascii"):
-        scene = load_scene(write(tmp_path, "a.ply", ply(points, faces, kind=kind)))
-        assert scene.areas.sum() == pytest.approx(expected, rel=1e-3)
-        assert len(set(scene.surface)) == len(faces)
-
-
 def test_coordinates_stay_and_up_is_the_formats(tmp_path):
     points, quads = grid_quads(1)
     for name, up in (("a.obj", (0, 1, 0)), ("a.ply", (0, 0, 1)), ("a.stl", (0, 0, 1)), ("a.glb", (0, 1, 0))):
@@ -139,12 +117,6 @@ def test_coordinates_stay_and_up_is_the_formats(tmp_path):
     assert load_scene(tmp_path / "a.obj", up=(1, 0, 0)).up == (1, 0, 0)
 
 
-def test_files_are_two_sided_but_those_of_gltf(tmp_path):
-    for name in FORMATS:
-        scene = load_scene(write(tmp_path, name, FORMATS[name](BOX, BOX_QUADS)))
-        assert scene.two_sided.tolist() == [name != "mesh.glb"] * 6
-
-
 def test_faces_over_an_edge_below_the_crease_are_smooth(tmp_path):
     angle = np.linspace(0, 2 * np.pi, 25)[:-1]
     points = [(x, y, z) for z in (0, 1) for x, y in zip(np.cos(angle), np.sin(angle), strict=True)]
@@ -153,56 +125,6 @@ def test_faces_over_an_edge_below_the_crease_are_smooth(tmp_path):
     assert len(set(scene.smooth[:24])) == 1
     assert len(set(scene.smooth)) == 2
     assert len(set(scene.surface)) == 25
-
-
-MTL = """newmtl wall
-Kd 0.2 0.4 0.6
-Ks 0.5 0.5 0.5
-Ns 250
-illum 2
-newmtl mirror
-Kd 0.1 0.1 0.1
-Ks 0.8 0.7 0.6
-illum 3
-newmtl glass
-Kd 0 0 0
-Ks 0.1 0.1 0.1
-d 0.1
-Tf 1 0.5 1
-Ni 1.33
-illum 7
-newmtl film
-Kd 0.5 0.5 0.5
-Tr 0.4
-newmtl lamp
-Kd 0.9 0.9 0.9
-Ke 10 20 30
-newmtl bright
-Kd 0.9 0.9 0.9
-Ks 0.9 0.9 0.9
-Ns 1000
-"""
-
-
-@pytest.mark.filterwarnings("ignore:.*'Ks' of a highlight")
-def test_mtl_materials_arrive_whole(tmp_path):
-    write(tmp_path, "a.mtl", MTL)
-    names = ["wall", "mirror", "glass", "film", "lamp", "bright"]
-    text = "mtllib a.mtl\n" + obj(BOX, []) + "".join(
-        f"usemtl {name}\nf {' '.join(str(corner + 1) for corner in face)}\n"
-        for name, face in zip(names, BOX_QUADS, strict=True))
-    scene = load_scene(write(tmp_path, "a.obj", text))
-    wall, mirror, glass, film, lamp, bright = (scene.materials[number] for number in scene.material)
-    assert [material.name for material in (wall, mirror, glass, film, lamp, bright)] == names
-    assert (wall.diffuse, wall.specular) == ((0.2, 0.4, 0.6), (0, 0, 0))
-    assert (mirror.diffuse, mirror.specular) == ((0.1, 0.1, 0.1), (0.8, 0.7, 0.6))
-    assert glass.transparent == pytest.approx((0.9, 0.45, 0.9))
-    assert glass.specular == pytest.approx((0.1, 0.1, 0.1))
-    assert glass.refraction_index == 1.33
-    assert film.diffuse == pytest.approx((0.3, 0.3, 0.3))
-    assert (film.transparent, film.refraction_index) == (pytest.approx((0.4, 0.4, 0.4)), 1)
-    assert lamp.emission == (10, 20, 30)
-    assert bright.diffuse == bright.specular == (0.5, 0.5, 0.5)
 
 
 def test_a_library_of_another_folder_may_have_a_path_of_another_system(tmp_path):
@@ -272,40 +194,6 @@ def gltf(folder, *, materials=(), nodes=None, meshes=None, name="a.glb", **more)
                  + text + struct.pack("<2I", len(binary), 0x004E4942) + binary)
 
 
-@pytest.mark.parametrize(("source", "expected"), [
-    ({"pbrMetallicRoughness": {"baseColorFactor": [0.123456, 0.4, 0.6, 1], "metallicFactor": 0}},
-     {"diffuse": (0.123456, 0.4, 0.6)}),
-    ({"pbrMetallicRoughness": {"metallicFactor": 0}, "extensions": {
-        "KHR_materials_transmission": {"transmissionFactor": 0.8}, "KHR_materials_ior": {"ior": 1.7},
-        "KHR_materials_volume": {"thicknessFactor": 1}}},
-     {"diffuse": (0.2, 0.2, 0.2), "transparent": (0.8, 0.8, 0.8), "refraction_index": 1.7}),
-    ({"pbrMetallicRoughness": {"metallicFactor": 0}, "emissiveFactor": [1, 0.5, 0.25], "extensions": {
-        "KHR_materials_emissive_strength": {"emissiveStrength": 40}}},
-     {"diffuse": (1, 1, 1), "emission": (40, 20, 10)}),
-])
-def test_gltf_materials_arrive_whole(tmp_path, source, expected):
-    scene = load_scene(gltf(tmp_path, materials=[{"name": "it", **source}]))
-    whole = {"diffuse": (0, 0, 0), "specular": (0, 0, 0), "transparent": (0, 0, 0), "emission": (0, 0, 0),
-             "refraction_index": 1.5, **expected}
-    assert scene.materials[0].name == "it"
-    for name, value in whole.items():
-        assert getattr(scene.materials[0], name) == pytest.approx(value), name
-
-
-@pytest.mark.parametrize(("source", "two_sided"),
-                         [({}, False), ({"doubleSided": True}, True), ({"doubleSided": False}, False)])
-def test_gltf_is_two_sided_only_where_it_states_so(tmp_path, source, two_sided):
-    assert load_scene(gltf(tmp_path, materials=[source])).two_sided.tolist() == [two_sided]
-
-
-def test_gltf_nodes_transform_and_instance(tmp_path):
-    nodes = [{"children": [1, 2], "translation": [10, 0, 0]}, {"mesh": 0, "scale": [2, 3, 1]},
-             {"mesh": 0, "rotation": [0, 0, 0.5 ** 0.5, 0.5 ** 0.5]}]
-    scene = load_scene(gltf(tmp_path, nodes=nodes))
-    assert sorted(scene.areas.tolist()) == pytest.approx([1, 6])
-    assert np.allclose(scene.bounds, [(9, 0, 0), (12, 3, 0)])
-
-
 def test_the_first_perspective_camera_of_gltf_is_the_scenes(tmp_path):
     nodes = [{"children": [1, 2, 3, 4]}, {"camera": 0, "translation": [0, 0, 7]},
              {"camera": 1, "translation": [0, 0, 4]}, {"camera": 2, "translation": [0, 0, 9]}, {"mesh": 0}]
@@ -315,14 +203,6 @@ def test_the_first_perspective_camera_of_gltf_is_the_scenes(tmp_path):
     with pytest.warns(InputWarning, match="cameras beside the first"):
         camera = load_scene(gltf(tmp_path, nodes=nodes, cameras=cameras)).camera
     assert (camera.eye, camera.fov) == (pytest.approx((0, 0, 4)), pytest.approx(30))
-
-
-def test_gltf_point_lights_are_read(tmp_path):
-    nodes = [{"mesh": 0, "children": [1]},
-             {"translation": [1, 2, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}}]
-    lights = {"KHR_lights_punctual": {"lights": [{"type": "point", "color": [1, 0.5, 0], "intensity": 8}]}}
-    (light,) = load_scene(gltf(tmp_path, nodes=nodes, extensions=lights)).lights
-    assert (light.position, light.intensity) == ((1, 2, 3), (8, 4, 0))
 
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
