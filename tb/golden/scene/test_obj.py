@@ -20,9 +20,12 @@ def place(tmp_path_factory):
 
 
 @pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
-@settings(SETTINGS, max_examples=50)
-@given(file=obj_files())
-def test_vertices_corners_and_texture_coordinates_are_those_that_a_face_names(place, file):
+@pytest.mark.parametrize("examples", [50, pytest.param(500, marks=pytest.mark.nightly)])
+def test_vertices_corners_and_texture_coordinates_are_those_that_a_face_names(place, examples):
+    settings(SETTINGS, max_examples=examples)(given(file=obj_files())(lambda file: reads(place, file)))()
+
+
+def reads(place, file):
     place.write_bytes(("mtllib a.mtl\nusemtl a\n" + file.text).encode())
     mesh = read_obj(place)
     assert mesh.points.tolist() == [list(point) for point in file.points]

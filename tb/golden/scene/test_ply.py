@@ -17,9 +17,12 @@ def place(tmp_path_factory):
 
 
 @pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
-@settings(SETTINGS, max_examples=40)
-@given(file=ply_files())
-def test_vertices_corners_and_colours_are_read_whatever_their_types_and_order(place, file):
+@pytest.mark.parametrize("examples", [40, pytest.param(500, marks=pytest.mark.nightly)])
+def test_vertices_corners_and_colours_are_read_whatever_their_types_and_order(place, examples):
+    settings(SETTINGS, max_examples=examples)(given(file=ply_files())(lambda file: reads(place, file)))()
+
+
+def reads(place, file):
     place.write_bytes(file.data)
     mesh = read_ply(place)
     assert mesh.points.tolist() == [list(point) for point in file.points]
@@ -28,11 +31,11 @@ def test_vertices_corners_and_colours_are_read_whatever_their_types_and_order(pl
     if file.colour_kind is None:
         assert (found == 0.5).all()
     else:
-        given = np.array(file.colours, dtype=np.float64)
+        stated = np.array(file.colours, dtype=np.float64)
         floats = file.colour_kind[0] in "fd"
         most = 1 if floats else np.iinfo({"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4",
                                           "uint": "u4"}.get(file.colour_kind, file.colour_kind)).max
-        linear = np.clip(given / most, 0, 1)
+        linear = np.clip(stated / most, 0, 1)
         linear = linear if floats else from_srgb(linear)
         # Rounded to 8 bits of sRGB, of which a step is at most 0.009 in linear units.
         np.testing.assert_allclose(found, linear, atol=0.005)
