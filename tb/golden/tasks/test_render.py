@@ -15,6 +15,7 @@ from golden.light.photometry import surface_file
 from golden.light.photometry.sensors import Sensors
 from golden.light.tone import tone_map
 from golden.light.two_pass import RenderResult, RenderSettings
+from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.tasks import photometry, render
 from golden.tasks.photometry import Photometry
@@ -136,13 +137,14 @@ def test_a_method_states_its_share_of_all_rays(rendered):
 
 @dataclass
 class Lamp:
-    """A light that lengthens the scene's name."""
+    """A point light that lengthens the scene's name."""
 
     path: Path
 
     def scene(self, scene, efficacy):
         """The scene with this light."""
-        return replace(scene, name=f"{scene.name} {self.path.name} {efficacy:g}")
+        return replace(scene, name=f"{scene.name} {self.path.name} {efficacy:g}",
+                       lights=(PointLight(position=(0, 0, 1), intensity=(1, 1, 1)),))
 
 
 def test_sky_and_all_luminaires_are_in_the_scene_in_their_order(tmp_path, rendered):
