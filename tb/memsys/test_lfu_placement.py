@@ -5,44 +5,40 @@ import pytest
 
 from golden.memsys.lfu_placement import LfuPlacement as GoldenPlacement
 from hw.memsys.lfu_placement import LfuPlacement
-from tb.lib.configurations import config_of
-from tb.lib.timing import documented_latency
-from tb.memsys.placement_bench import STRINGS, TAGS, run
+from tb.lib.bench import Bench, Vectors
+from tb.memsys.placement_bench import TAGS, answers, check_starts, keys_of, requests
 
-STARTS = 2
-
-
-def make(lines, count_bits=3):
-    return LfuPlacement(lines=lines, key=8, tag=range(TAGS), count_bits=count_bits)
+LINES, COUNT_BITS = 8, 3
 
 
-@pytest.mark.parametrize("string", STRINGS)
+class TestLfuPlacement(Bench):
+    component, variants = LfuPlacement, ({},)
+    arguments = {"lines": LINES, "key": 8, "tag": range(TAGS), "count_bits": COUNT_BITS}
+
+    def vectors(self, config):
+        return self.drawn(config, 1)
+
+    def drawn(self, config, seed):
+        keys = keys_of(LINES, seed)
+        return Vectors(first={"i_start": [0]}, inputs={"i": requests(keys)},
+                       expected={"o": answers(GoldenPlacement(lines=LINES, count_bits=COUNT_BITS), keys)})
+
+    def predict(self, given, trace, component, config):
+        """A hit comes a cycle after the answer before it, a miss later; two requests wait for their answers."""
+        more, accepted, left = component.latency_of_miss - component.latency, [], []
+        for number, (offered, answer) in enumerate(zip(trace.offered["i"], given.expected["o"], strict=True)):
+            free = left[number - 2] - component.latency + 2 if number > 1 else 0
+            accepted.append(max(offered, accepted[-1] + 1 if accepted else 0, free))
+            left.append(max(accepted[-1] + component.latency, left[-1] + 1 if left else 0)
+                        + (0 if answer["hit"] else more))
+        return {"i": accepted, "o": left}
+
+
 @pytest.mark.parametrize(("lines", "count_bits"), [(2, 2), (4, 3), (16, 4)])
-def test_access_by_access(lines, count_bits, string):
-    draw = np.random.default_rng(5)
-    strings = [STRINGS[string](draw, lines) for _ in range(STARTS)]
-    placement = make(lines, count_bits)
-    seen = run(placement, GoldenPlacement(lines=lines, count_bits=count_bits), strings, gaps=False, seed=1)
-    # The answer to a hit comes a cycle after the one before it, that to a miss later.
-    between = np.diff(seen["came"])
-    hit = np.array(seen["hit"][1:])
-    assert set(between[hit]) <= {1}
-    assert set(between[~hit]) == {count_bits + 5}
-    assert seen["came"][0] - seen["taken"][0] == placement.latency_of_miss
-    assert placement.latency == documented_latency(LfuPlacement, config_of({"memsys.lfu_count_bits": count_bits}))
-
-
-def test_access_by_access_with_gaps():
-    draw = np.random.default_rng(6)
-    seen = run(make(8), GoldenPlacement(lines=8, count_bits=3), [STRINGS["random"](draw, 8) for _ in range(2)],
-               gaps=True, seed=2)
-    assert len(set(seen["hit"])) == 2
-
-
-def test_a_hit_comes_after_the_latency():
-    placement = make(4)
-    seen = run(placement, GoldenPlacement(lines=4, count_bits=3), [np.array([9] * 30)], gaps=False, seed=3)
-    np.testing.assert_array_equal((np.array(seen["came"]) - seen["taken"])[-10:], placement.latency)
+def test_every_start_empties_all_lines(lines, count_bits):
+    placement, draw = LfuPlacement(lines=lines, key=8, tag=range(TAGS), count_bits=count_bits), np.random.default_rng(5)
+    strings = [np.minimum(draw.geometric(1 / lines, 80), 255) for _ in range(2)]
+    check_starts(placement, GoldenPlacement(lines=lines, count_bits=count_bits), strings, miss=count_bits + 5)
 
 
 @pytest.mark.parametrize(("changes", "message"), [
@@ -51,4 +47,4 @@ def test_a_hit_comes_after_the_latency():
     ({"count_bits": 0}, "Count bits must be at least 1, not 0")])
 def test_init_wrong(changes, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-        make(**{"lines": 8, **changes})
+        LfuPlacement(**{"lines": 8, "key": 8, "tag": 4, "count_bits": 3, **changes})

@@ -5,46 +5,39 @@ import pytest
 
 from golden.memsys.set_placement import SetPlacement as GoldenPlacement
 from hw.memsys.set_placement import SetPlacement
-from tb.lib.configurations import config_of
-from tb.lib.timing import documented_latency
-from tb.memsys.placement_bench import STRINGS, TAGS, run
+from tb.lib.bench import Bench, Vectors
+from tb.memsys.placement_bench import TAGS, answers, check_starts, keys_of, requests
 
-# Tags run out after one start, or do not.
-STARTS = 2
+LINES, WAYS = 16, 4
 
 
-def make(lines, ways, key=8, generation_bits=2):
-    return SetPlacement(lines=lines, ways=ways, key=key, tag=range(TAGS), generation_bits=generation_bits)
+def golden_of(lines, ways, direct):
+    return GoldenPlacement(sets=lines, ways=1) if direct else GoldenPlacement(sets=lines // ways, ways=ways)
 
 
-@pytest.mark.parametrize("string", STRINGS)
-@pytest.mark.parametrize(("lines", "ways", "direct", "generation_bits"), [
-    (4, 1, 0, 1), (8, 2, 0, 2), pytest.param(16, 4, 0, 1, marks=pytest.mark.nightly), (16, 4, 1, 2)])
-def test_access_by_access(lines, ways, direct, generation_bits, string):
+class TestSetPlacement(Bench):
+    """Of four ways, or direct-mapped."""
+
+    component, variants = SetPlacement, ({},)
+    arguments = {"lines": LINES, "ways": WAYS, "key": 8, "tag": range(TAGS), "generation_bits": 2}
+
+    def vectors(self, config):
+        return self.drawn(config, 2)
+
+    def drawn(self, config, seed):
+        direct, keys = seed % 2, keys_of(LINES, seed)
+        return Vectors(first={"i_start": [0]}, inputs={"i": requests(keys)}, ports={"direct": direct},
+                       expected={"o": answers(golden_of(LINES, WAYS, direct), keys)})
+
+
+@pytest.mark.parametrize(("lines", "ways", "direct", "generation_bits", "key"), [
+    (4, 1, 0, 1, 8), (8, 2, 0, 2, 8), (16, 4, 1, 2, 8), (8, 2, 0, 2, 3), (8, 2, 0, 2, 2)])
+def test_every_start_empties_all_lines(lines, ways, direct, generation_bits, key):
+    """Tags run out after one start, or do not; keys of few bits all have lines of their own."""
+    placement = SetPlacement(lines=lines, ways=ways, key=key, tag=range(TAGS), generation_bits=generation_bits)
     draw = np.random.default_rng(5)
-    strings = [STRINGS[string](draw, lines) for _ in range(STARTS)]
-    golden = GoldenPlacement(sets=lines, ways=1) if direct else GoldenPlacement(sets=lines // ways, ways=ways)
-    placement = make(lines, ways, generation_bits=generation_bits)
-    seen = run(placement, golden, strings, gaps=False, seed=1, ports={"direct": direct})
-    assert len(set(seen["hit"])) == 2, "there must be hits and misses"
-    assert placement.latency == documented_latency(SetPlacement, config_of({}))
-    taken = np.array(seen["taken"])
-    assert (np.diff(taken) == 1).all()
-    np.testing.assert_array_equal(np.array(seen["came"]) - taken, placement.latency)
-
-
-def test_access_by_access_with_gaps():
-    draw = np.random.default_rng(6)
-    strings = [STRINGS["random"](draw, 16) for _ in range(2)]
-    run(make(16, 4), GoldenPlacement(sets=4, ways=4), strings, gaps=True, seed=2)
-
-
-@pytest.mark.parametrize("key", [2, 3])
-def test_all_keys_have_lines_of_their_own(key):
-    draw = np.random.default_rng(7)
-    keys = [draw.integers(0, 1 << key, 60) for _ in range(2)]
-    seen = run(make(8, 2, key=key), GoldenPlacement(sets=4, ways=2), keys, gaps=False, seed=3)
-    assert sum(not hit for hit in seen["hit"]) == 1 << key
+    strings = [draw.integers(0, min(2 * lines, 1 << key), 40) for _ in range(6)]
+    check_starts(placement, golden_of(lines, ways, direct), strings, direct=direct)
 
 
 @pytest.mark.parametrize(("changes", "message"), [
@@ -53,4 +46,4 @@ def test_all_keys_have_lines_of_their_own(key):
     ({"lines": 24}, "Lines must be a power of two, at least 4, not 24")])
 def test_init_wrong(changes, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-        make(**{"lines": 8, "ways": 2, **changes})
+        SetPlacement(**{"lines": 8, "ways": 2, "key": 8, "tag": 4, "generation_bits": 2, **changes})
