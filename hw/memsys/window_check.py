@@ -37,7 +37,7 @@ class WindowCheck(wiring.Component):
 
     Timing
     ------
-    Latency: ``2`` cycles. One request per cycle; stalls with ``o``; two in flight.
+    Latency: ``2`` cycles. One request per cycle; stalls while the request at the end waits.
     """
 
     def __init__(self, *, config: Config, tag, fault: Fault):

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.schedules import ScheduleBench
+from tb.memsys.started import PAUSE, started
 
 __all__ = ["TAGS", "answers", "check_starts", "keys_of", "requests"]
 
@@ -13,8 +14,6 @@ _STRINGS = (
     lambda draw, lines: np.minimum(draw.geometric(1 / lines, 120), 255),
     lambda draw, lines: np.arange(100) % (lines + 1))
 TAGS = 64
-# Cycles around a start, more than it takes.
-_PAUSE = 64
 
 
 def keys_of(lines: int, seed: int) -> np.ndarray:
@@ -37,13 +36,8 @@ def answers(golden, keys: np.ndarray) -> list[dict]:
 
 def check_starts(placement, golden, strings: list[np.ndarray], *, miss: int = 1, **ports: int) -> None:
     """Each string of keys has golden's answers, after a start of its own; a miss takes ``miss`` cycles."""
-    starts, items, expected, idle = [], [], [], 0
-    for keys in strings:
-        first, *others = requests(keys)
-        starts.append((idle, 0))
-        items += [(2 * _PAUSE if items else _PAUSE, first), *((0, one) for one in others)]
-        expected.append(answers(golden, keys))
-        idle = 2 * _PAUSE + sum(1 if one["hit"] else miss for one in expected[-1])
-    bench = ScheduleBench(placement, idle_limit=4 * _PAUSE)
-    came = bench.run(Schedule(items={"i_start": starts, "i": items}), **ports)
-    assert came["o"] == [one for answered in expected for one in answered]
+    expected = [answers(golden, keys) for keys in strings]
+    times = [sum(1 if one["hit"] else miss for one in answered) for answered in expected]
+    bench = ScheduleBench(placement, idle_limit=4 * PAUSE)
+    came = bench.run(started([requests(keys) for keys in strings], times), **ports)["o"]
+    assert came == [one for answered in expected for one in answered]

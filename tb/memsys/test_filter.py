@@ -3,13 +3,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 
 from golden.config import PRESETS
 from golden.memsys.filter import Filter as GoldenFilter
 from golden.stimulus import block
 from hw.memsys.filter import Filter
 from tb.lib.bench import Bench, Vectors
+from tb.lib.schedules import ScheduleBench
+from tb.memsys.started import PAUSE, started
 
 BITS, COUNT, LIMIT, WORD = 7, 64, 50, 4
 
@@ -56,40 +57,14 @@ class TestFilter(Bench):
 
 def run(dut, generations, *, limit=LIMIT):
     """What passes, is dropped and is wrong of the numbers of some generations, and when what went in and out."""
-    came, cycles = [], {"in": [], "out": []}
-
-    async def drive(ctx):
-        ctx.set(dut.o.ready, 1)
-        ctx.set(dut.limit, limit)
-        for given in generations:
-            ctx.set(dut.i_start.valid, 1)
-            await ctx.tick().until(dut.i_start.ready)
-            ctx.set(dut.i_start.valid, 0)
-            ctx.set(dut.i.valid, 1)
-            for number in given:
-                ctx.set(dut.i.payload, int(number))
-                await ctx.tick().until(dut.i.ready)
-            ctx.set(dut.i.valid, 0)
-        await ctx.tick().repeat(20)
-
-    async def watch(ctx):
-        cycle = 0
-        async for *_, valid, number, dropped, wrong, of, taken in ctx.tick().sample(
-                dut.o.valid, dut.o.payload, dut.dropped, dut.wrong, dut.number, dut.i.valid & dut.i.ready):
-            cycle += 1
-            assert not (valid and dropped)
-            if taken:
-                cycles["in"].append(cycle)
-            if valid or dropped:
-                came.append((of if dropped else number, "wrong" if wrong else "dropped" if dropped else "passes"))
-                cycles["out"].append(cycle)
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.add_testbench(watch, background=True)
-    simulator.run()
-    return came, cycles
+    bench = ScheduleBench(dut, idle_limit=4 * PAUSE, watched=["dropped", "wrong", "number"])
+    passes = bench.run(started([list(map(int, given)) for given in generations]), limit=limit)["o"]
+    left = {cycle: (number, "passes") for cycle, number in zip(bench.cycles["o"], passes, strict=True)}
+    dropped = {cycle: (number, "wrong" if wrong else "dropped") for cycle, (is_dropped, wrong, number) in enumerate(
+        zip(*bench.history.values(), strict=True), start=1) if is_dropped}
+    assert not left.keys() & dropped.keys()
+    cycles, came = zip(*sorted({**left, **dropped}.items()), strict=True)
+    return [*came], {"in": bench.cycles["i"], "out": cycles}
 
 
 @pytest.mark.parametrize(("generation_bits", "word_bits", "count"), [(1, 2, 64), (2, 16, 64), (3, 4, 128)])

@@ -3,40 +3,30 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from hw.memsys.serial_product import SerialProduct
+from tb.lib.bench import Bench, Vectors
+from tb.lib.stages import Elastic
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_products(seed):
-    dut, draw = SerialProduct(a=9, b=5, addend=12), random.Random(seed)
-    cases = [(511, 31, 4095), (0, 0, 0), (511, 0, 7), (3, 16, 0)] + [
-        (draw.randrange(512), draw.randrange(32), draw.randrange(4096)) for _ in range(20)]
+class TestSerialProduct(Bench):
+    component, arguments, variants = SerialProduct, {"a": 9, "b": 5, "addend": 12}, ({},)
 
-    async def bench(ctx):
-        for a, b, addend in cases:
-            ctx.set(dut.i.payload, {"a": a, "b": b, "addend": addend})
-            ctx.set(dut.i.valid, 1)
-            assert ctx.get(dut.i.ready)
-            await ctx.tick()
-            ctx.set(dut.i.valid, 0)
-            latency = 1
-            while not ctx.get(dut.o.valid):
-                await ctx.tick()
-                latency += 1
-            assert latency == 1 + b.bit_length() <= dut.latency
-            for _ in range(draw.randrange(3)):
-                await ctx.tick()
-            assert ctx.get(dut.o.payload) == a * b + addend
-            ctx.set(dut.o.ready, 1)
-            await ctx.tick()
-            ctx.set(dut.o.ready, 0)
+    def vectors(self, config):
+        draw = random.Random(1)
+        operands = [(511, 31, 4095), (0, 0, 0), (511, 0, 7), (3, 16, 0)] + [
+            (draw.randrange(512), draw.randrange(32), draw.randrange(4096)) for _ in range(96)]
+        return Vectors(inputs={"i": [{"a": a, "b": b, "addend": addend} for a, b, addend in operands]},
+                       expected={"o": [a * b + addend for a, b, addend in operands]})
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    def latency(self, component, config):
+        """Of the longest factor."""
+        assert component.latency == 1 + self.arguments["b"]
+        return component.latency
+
+    def stages(self, component, config):
+        """A cycle, and one for each bit of b up to its highest 1; one product in flight."""
+        return [Elastic((1 + item["b"].bit_length() for item in self.now.inputs["i"]), 1)]
 
 
 def test_arguments_are_checked():

@@ -1,52 +1,40 @@
 """Windows are compared in all of their 64 bits: none is cut off at the width of an address."""
 
-import pytest
-from amaranth.sim import Simulator
+import functools
+import random
 
-from golden.config import PRESETS
 from hw.memsys.fault import Fault
 from hw.memsys.window_check import WindowCheck
+from tb.lib.bench import Bench, Vectors
+from tb.lib.configurations import config_of
 
-CONFIG = PRESETS["tiny"].replace({"memory.address_bits": 48})
-TOP = 1 << CONFIG.memory.address_bits
-BEAT = CONFIG.memory.beat_bytes
-
-
-def is_bad(window, address, beats=1):
-    """What the check says of a request."""
-    dut, found = WindowCheck(config=CONFIG, tag=1, fault=Fault.READ_OUTSIDE), []
-
-    async def bench(ctx):
-        ctx.set(dut.window, dict(zip(("base", "limit"), window, strict=True)))
-        ctx.set(dut.i.payload, {"address": address, "length": beats - 1, "tag": 0})
-        ctx.set(dut.i.valid, 1)
-        ctx.set(dut.o.ready, 1)
-        await ctx.tick()
-        ctx.set(dut.i.valid, 0)
-        while not ctx.get(dut.o.valid):
-            await ctx.tick()
-        found.append((ctx.get(dut.o.payload.bad), ctx.get(dut.o_fault.valid)))
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
-    (bad, reported), = found
-    assert bad == reported
-    return bool(bad)
+CHANGES = {"memory.address_bits": 48}
+TOP, BEAT = 1 << CHANGES["memory.address_bits"], config_of(CHANGES).memory.beat_bytes
+# Bases and limits beyond all addresses, and such that are within a beat.
+WINDOWS = [(0, TOP), (0, TOP - BEAT), (0, TOP + BEAT), (0, (1 << 64) - 1), (0, 0), (TOP, TOP + 64), (TOP + 64, 1 << 63),
+           (1 << 63, (1 << 63) + 64), (64, TOP + 32), (BEAT, 2 * BEAT), (BEAT, 2 * BEAT - 1), (BEAT + 1, 2 * BEAT),
+           (4 * BEAT - 1, 9 * BEAT + 1), (4 * BEAT + 1, 9 * BEAT - 1)]
 
 
-@pytest.mark.parametrize(("window", "address", "beats", "bad"), [
-    ((0, TOP), 0, 1, False), ((0, TOP), TOP - BEAT, 1, False), ((0, TOP), TOP - BEAT, 2, True),
-    ((0, TOP - BEAT), TOP - BEAT, 1, True), ((0, TOP + BEAT), TOP - BEAT, 1, False),
-    ((0, (1 << 64) - 1), TOP - BEAT, 1, False), ((0, (1 << 64) - 1), TOP - BEAT, 2, True),
-    ((0, TOP), 4, 1, True), ((0, 0), 0, 1, True),
-    # A base beyond all addresses is not one near 0, nor is such a limit.
-    ((TOP, TOP + 64), 0, 1, True), ((1 << 63, (1 << 63) + 64), 0, 1, True), ((TOP + 64, 1 << 63), 128, 1, True),
-    ((64, TOP + 32), 64, 8, False), ((64, TOP + 32), 0, 1, True),
-    # Windows need not begin or end with a beat.
-    *(((0, 4 * BEAT + rest), (4 - beats) * BEAT, beats, rest < 0) for rest in (-1, 0, 1) for beats in (1, 4)),
-    *(((4 * BEAT + rest, TOP), 4 * BEAT, beats, rest > 0) for rest in (-1, 0, 1) for beats in (1, 4)),
-    ((BEAT, 2 * BEAT), BEAT, 1, False), ((BEAT, 2 * BEAT - 1), BEAT, 1, True), ((BEAT + 1, 2 * BEAT), BEAT, 1, True)])
-def test_a_window(window, address, beats, bad):
-    assert is_bad(window, address, beats) == bad
+def vectors_of(window, seed, count=60):
+    """Requests around the ends of a window and of memory, some of them not at a beat."""
+    draw, (base, limit), requests, checked, faults = random.Random(seed), window, [], [], []
+    for tag in range(count):
+        end, beats = draw.choice((0, base, limit, TOP)), draw.choice((1, 1, 2, 4, 8))
+        address = (end // BEAT + draw.randint(-9, 9)) * BEAT % TOP + draw.choice((0, 0, 0, 0, 4))
+        bad = address % BEAT > 0 or address < base or address + beats * BEAT > min(limit, TOP)
+        requests.append({"address": address, "length": beats - 1, "tag": tag})
+        first = address // BEAT
+        checked.append({"first": first, "last": (first + beats - 1) % (TOP // BEAT), "tag": tag, "bad": bad})
+        faults += [{"code": Fault.READ_OUTSIDE.value, "address": first * BEAT}] if bad else []
+    return Vectors(inputs={"i": requests}, expected={"o_fault": faults, "o": checked},
+                   ports={"window": {"base": base, "limit": limit}})
+
+
+class TestWindowCheck(Bench):
+    component, changes, variants = WindowCheck, CHANGES, ({},)
+    arguments = {"tag": 6, "fault": Fault.READ_OUTSIDE}
+    cases = {str(window): functools.partial(lambda window, config: vectors_of(window, 1), window) for window in WINDOWS}
+
+    def drawn(self, config, seed):
+        return vectors_of(WINDOWS[seed % len(WINDOWS)], seed)
