@@ -36,7 +36,7 @@ MIB = 1 << 20
 
 
 # The multiples of the standard error within which factors are counted, and of plates that hide a part the widths.
-WITHIN = (1, 2, 3)
+WITHIN = (1, 2, 3, 4)
 COVERED_WIDTHS = tuple(k / 10 for k in range(1, 10))
 
 

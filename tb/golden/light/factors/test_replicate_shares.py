@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.special import ndtr, stdtr, stdtrit
 
 from golden.light.factors.points import REPLICATES
 from golden.light.factors.replicate_shares import replicate_shares
@@ -17,6 +18,18 @@ def test_scatter_of_replicates_is_the_error():
     deviation = np.sqrt(0.3 * 0.7 / 400 / REPLICATES)
     assert error.mean() == pytest.approx(1.09 * deviation, rel=0.05)
     assert 0.93 <= (np.abs(share - 0.3) <= 2 * error).mean() <= 0.97
+
+
+def test_tails_are_those_of_as_many_replicates():
+    """Student's distribution, scaled to the normal one's share within two: its tails are heavier."""
+    generator = np.random.default_rng(3)
+    share, error = shares_of(generator.binomial(1000, 0.4, size=(20000, REPLICATES)), 1000)
+    deviation = np.abs(share - 0.4) / error
+    scale = stdtrit(REPLICATES - 1, ndtr(2)) / 2
+    for multiple in (1, 2, 3, 4):
+        expected = 2 * stdtr(REPLICATES - 1, -multiple * scale)
+        assert np.mean(deviation > multiple) == pytest.approx(expected, abs=4 * np.sqrt(expected / len(share)))
+    assert 4e-4 < expected < 1e-3
 
 
 @pytest.mark.parametrize("met", [0, 10])
