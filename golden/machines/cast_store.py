@@ -16,6 +16,7 @@ from golden.machines.section_trace import CastTimes, SectionTrace
 from golden.machines.simulated_cast import SimulatedCast, cast_section
 from golden.output import whole_file
 from golden.schedule.subshells import SubshellList
+from golden.source_digest import source_digest
 
 __all__ = ["CastStore"]
 
@@ -33,12 +34,12 @@ class CastStore:
     timing
         Latencies and capacities of a cluster.
     folder
-        A file for each cast. Default: casts are kept in memory alone.
+        A file for each cast, of these sources of the package alone. Default: casts are kept in memory alone.
     """
 
     def __init__(self, shelling: Shelling, config: Config, timing: ClusterTiming, *, folder: Path | None = None):
         self._shelling, self._config, self._timing, self._folder, self._kept = shelling, config, timing, folder, {}
-        digest, table = hashlib.sha256(), shelling.table
+        digest, table = hashlib.sha256(source_digest().encode()), shelling.table
         for array in (shelling.geometry.vertices, table.count, table.patches.read(
                 table.entries(np.arange(len(table.count))))):
             digest.update(np.ascontiguousarray(array).tobytes())

@@ -38,6 +38,21 @@ def store(geometry):
     return CastStore(Shelling(geometry, CONFIG, cell=0.5, by_code=True), CONFIG, cluster_timing(CONFIG))
 
 
+def test_casts_of_other_sources_are_explored_again(geometry, explored, monkeypatch, tmp_path):
+    monkeypatch.setattr(golden.machines.cast_store, "_write", lambda path, cast: path.write_text(str(cast)))
+    monkeypatch.setattr(golden.machines.cast_store, "_read", lambda path: int(path.read_text()))
+    shelling = Shelling(geometry, CONFIG, cell=0.5, by_code=True)
+    frustum = hemisphere_record(Hemisphere(16, 4), geometry.coordinates, geometry.coordinates.bounds.mean(axis=0),
+                                (0, 0, 1))
+
+    def cast():
+        return CastStore(shelling, CONFIG, cluster_timing(CONFIG), folder=tmp_path).cast(frustum, Sector.whole(frustum))
+
+    assert [cast(), cast()] == [1, 1]
+    monkeypatch.setattr(golden.machines.cast_store, "source_digest", lambda: "of another commit")
+    assert [cast(), cast()] == [2, 2]
+
+
 def test_each_cast_is_explored_once(geometry, store, explored):
     frusta = [hemisphere_record(Hemisphere(16, 4), geometry.coordinates, geometry.coordinates.bounds.mean(axis=0),
                                 (0, 0, turn), source=source)
