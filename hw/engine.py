@@ -111,7 +111,8 @@ class Engine(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         config, nodes = self._config, self._config.noc.nodes
-        m.submodules.registers = registers = Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)
+        m.submodules.registers = registers = Registers(
+            ENGINE_REGISTERS, address_bits=ADDRESS_BITS, memory_bits=self._config.memory.address_bits)
         m.submodules.control = control = JobControl(config=config)
         tags = range(max(FETCH + 1, nodes + 1))
         m.submodules.port = port = MainMemoryPort(config=config, tag=tags)

@@ -101,7 +101,8 @@ UNITS = {
         "SectionResults": {},
     },
     "cluster": {"Cluster": lambda config: Cluster(config=config)},
-    "registers": {"Registers": lambda config: Registers(ENGINE_REGISTERS, address_bits=ADDRESS_BITS)},
+    "registers": {"Registers": lambda config: Registers(
+        ENGINE_REGISTERS, address_bits=ADDRESS_BITS, memory_bits=config.memory.address_bits)},
     # By bits of a flit, channels, and cycles of a router if one.
     "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)
             for bits in (32, 72) for channels in (1, 2, 4)} | {"Router-32-1-1": _router(bits=32, channels=1, cycles=1)},

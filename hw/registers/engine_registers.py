@@ -1,5 +1,6 @@
-"""The engine's registers, version 2: a queue of descriptors."""
+"""The engine's registers, version 3: a queue of descriptors."""
 
+from hw.memsys.cache_policy import CachePolicy
 from hw.registers.error_code import CODE_BITS
 from hw.registers.register import Access, Field, Register
 
@@ -7,7 +8,7 @@ __all__ = ["ADDRESS_BITS", "COUNTERS_BASE", "COUNTER_BITS", "ENGINE_REGISTERS", 
            "register"]
 
 MAGIC = int.from_bytes(b"RADE", "little")
-VERSION = 2
+VERSION = 3
 # Bits of the address of a byte, and of the number of a counter of a cluster. Counters are in the upper half.
 ADDRESS_BITS, COUNTER_BITS = 15, 6
 COUNTERS_BASE = 1 << ADDRESS_BITS - 1
@@ -38,12 +39,12 @@ ENGINE_REGISTERS = (
         _flag("loaded", "all regions have been loaded, without an error since"),
         _flag("failed", "`error` is not 0"),
         _flag("unwritten", "a completion record cannot be written; `command.resume` writes it again"))),
-    Register(name="ring", access=Access.WRITE, width=64, about=f"Address of the descriptors' ring, a multiple of 64. "
-             f"{_TAKEN}"),
-    Register(name="completions", access=Access.WRITE, width=64, about="Address of the completion records' ring, a "
-             "multiple of 64. Taken over with `ring`."),
     Register(name="ring_bits", access=Access.WRITE, width=RING_BITS, about="The rings have 2^b entries each. Taken "
              "over with `ring`."),
+    Register(name="ring", access=Access.WRITE, width=64, about=f"Address of the descriptors' ring. {_TAKEN}",
+             is_address=True),
+    Register(name="completions", access=Access.WRITE, width=64, about="Address of the completion records' ring. Taken "
+             "over with `ring`.", is_address=True),
     Register(name="doorbell", access=Access.WRITE, about="Descriptors ever submitted, modulo 2^32. At most a ring more "
              "than `taken`, and than the completion records that the host has read."),
     Register(name="taken", access=Access.READ, about="Descriptors ever taken, modulo 2^32: their entries may be "
@@ -54,8 +55,8 @@ ENGINE_REGISTERS = (
         _flag("enable", "written as it is"),
         _flag("pending", "set when `completed` advances and when the queue halts; cleared by writing 1",
               clears=True))),
-    Register(name="image", access=Access.WRITE, width=64, about="Address of the image for `command.resume`, a multiple "
-             "of 64."),
+    Register(name="image", access=Access.WRITE, width=64, about="Address of the image for `command.resume`.",
+             is_address=True),
     Register(name="error", access=Access.READ, width=CODE_BITS, about="The first error of the machine itself, see "
              "below. Those of a descriptor are in its completion record."),
     Register(name="error_cluster", access=Access.READ, about="The cluster concerned, if any."),
@@ -67,7 +68,7 @@ ENGINE_REGISTERS = (
     Register(name="write_base", access=Access.WRITE, width=64, about="First byte that may be written."),
     Register(name="write_limit", access=Access.WRITE, width=64, about="The byte after the last one."),
     Register(name="policy", access=Access.WRITE, width=2, about="Of the caches: 0 direct mapped, 1 LRU, 2 LFU. Taken "
-             "when cells are loaded, which also empties them.", reset=1),
+             "when cells are loaded, which also empties them.", reset=1, most=max(one.value for one in CachePolicy)),
     Register(name="watchdog", access=Access.WRITE, about="Cycles that a load or a section may take, a section from "
              "its dispatch on or from the completion of its cluster's section before it, if later; "
              "0: no limit.", reset=1 << 26),

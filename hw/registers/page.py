@@ -18,9 +18,11 @@ exported engines have one in C.
 An exported engine has the same table in SystemRDL, `radiosity_engine.rdl` ([Verilog](verilog.md)). Tools such as
 [PeakRDL](https://peakrdl.readthedocs.io) write pages, C headers and IP-XACT from it.
 
-Registers of more than 32 bits take two words, the low one first. An access to an address without a register and a
-write to a read-only register are answered with SLVERR and change nothing. Bytes without a strobe keep their value,
-those of a command are 0; a write without strobes changes nothing and is no command.
+Registers of 64 bits are at multiples of 8 and take two words. Write the low word first, then the high one: each takes
+effect by itself, and the machine takes both over when it is idle. Answered with SLVERR, and without any effect, are an
+access to an address without a register, a write to a read-only register, and a write of a value that the register must
+not have: bits beyond those of the register are 0, and the meaning states further rules. Bytes without a strobe keep
+their value, those of a command are 0; a write without strobes changes nothing and is no command.
 
 {registers}
 ## A job

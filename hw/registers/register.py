@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 from hw.registers.axi_lite_signature import DATA_BITS
 
-__all__ = ["Access", "Field", "Register", "addresses", "register_table"]
+__all__ = ["ALIGNMENT", "Access", "Field", "Register", "addresses", "register_table"]
 
 WORD_BYTES = DATA_BITS // 8
+# What an address in a register is a multiple of.
+ALIGNMENT = 64
 
 
 class Access(enum.Enum):
@@ -57,11 +59,15 @@ class Register:
         From bit 0 on, without gaps; none: one number.
     reset
         The reset value of a WRITE register.
+    is_address
+        A WRITE register has the address of a table: a multiple of `ALIGNMENT` within main memory.
+    most
+        The largest value of a WRITE register of one word. Default: all that its bits can hold.
 
     Raises
     ------
     ValueError
-        The width is out of range, or the fields do not fit.
+        The width is out of range, the fields do not fit, or the host does not write what has a rule.
     """
 
     name: str
@@ -70,6 +76,8 @@ class Register:
     width: int = DATA_BITS
     fields: tuple[Field, ...] = ()
     reset: int = 0
+    is_address: bool = False
+    most: int | None = None
 
     def __post_init__(self):
         if not 1 <= self.width <= 2 * DATA_BITS:
@@ -78,11 +86,26 @@ class Register:
             raise ValueError(f"Fields of {self.name} must have at most {self.width} bits, not {bits}")
         if self.access in (Access.COMMAND, Access.CONTROL) and self.width > DATA_BITS:
             raise ValueError(f"Width of a command must be at most {DATA_BITS}, not {self.width!r}")
+        if (self.is_address or self.most is not None) and self.access is not Access.WRITE:
+            raise ValueError(f"Access of {self.name} must be WRITE, as it has a rule, not {self.access.name}")
 
     @property
     def words(self) -> int:
         """How many words it takes."""
         return -(-self.width // DATA_BITS)
+
+    def ones(self, memory_bits: int) -> int:
+        """The bits that a write may set, with addresses of main memory of so many bits."""
+        if self.is_address:
+            return (1 << min(self.width, memory_bits)) - ALIGNMENT
+        return (1 << self.width) - 1
+
+    @property
+    def rule(self) -> str:
+        """What a written value must be, in words; empty: any that fits."""
+        if self.is_address:
+            return f"A multiple of {ALIGNMENT} below 2^`memory.address_bits`."
+        return "" if self.most is None else f"At most {self.most}."
 
     def pack(self, **fields: int) -> int:
         """The value with these fields, the others 0.
@@ -120,12 +143,14 @@ def addresses(registers: Iterable[Register]) -> dict[str, int]:
     Raises
     ------
     ValueError
-        Two registers have the same name.
+        Two registers have the same name, or one of two words is not at a multiple of their bytes.
     """
     found, address = {}, 0
     for register in registers:
         if register.name in found:
             raise ValueError(f"Names of registers must differ, not be {register.name} twice")
+        if address % (WORD_BYTES * register.words):
+            raise ValueError(f"Address of {register.name} must be a multiple of its bytes, not {address:#x}")
         found[register.name] = address
         address += WORD_BYTES * register.words
     return found
@@ -137,9 +162,10 @@ def register_table(registers: Iterable[Register]) -> str:
     known = addresses(registers)
     lines = ["| address | register | bits | access | meaning |", "|---|---|---|---|---|"]
     for register in registers:
+        rule = f" {register.rule}" if register.rule else ""
         reset = f" Reset: {register.reset}." if register.reset else ""
         lines.append(f"| {known[register.name]:#05x} | `{register.name}` | {register.width} | "
-                     f"{register.access.value} | {register.about}{reset} |")
+                     f"{register.access.value} | {register.about}{rule}{reset} |")
         low = 0
         for field in register.fields:
             bits = f"{low}" if field.width == 1 else f"{low + field.width - 1}:{low}"

@@ -23,6 +23,8 @@ class Registers(wiring.Component):
     ----------
     registers
         The table; names are unique, addresses begin at 0.
+    memory_bits
+        Of addresses of main memory.
     address_bits
         Of ``host``. Addresses whose highest bit is set belong to the window, which is read-only.
 
@@ -52,12 +54,12 @@ class Registers(wiring.Component):
 
     latency = 2
 
-    def __init__(self, registers: tuple[Register, ...], *, address_bits: int):
+    def __init__(self, registers: tuple[Register, ...], *, address_bits: int, memory_bits: int = 64):
         self._registers, self._addresses = tuple(registers), addresses(registers)
         end = WORD_BYTES * sum(register.words for register in self._registers)
         if end > 1 << address_bits - 1:
             raise ValueError(f"Registers must end at {1 << address_bits - 1}, not {end}")
-        self._word_bits = address_bits - 3
+        self._word_bits, self._memory_bits = address_bits - 3, memory_bits
         members = {}
         for register in self._registers:
             if register.access is Access.READ:
@@ -105,9 +107,14 @@ class Registers(wiring.Component):
                     with m.Case(number):
                         target = getattr(self, register.name)
                         if register.access is Access.WRITE:
-                            m.d.comb += known.eq(1)
-                            with m.If(acts):
-                                m.d.sync += target[bits].eq((target[bits] & ~mask) | (data & mask))
+                            written, few = Signal(len(target[bits])), Signal()
+                            ones = register.ones(self._memory_bits) >> bits.start & (1 << DATA_BITS) - 1
+                            m.d.comb += [
+                                written.eq((target[bits] & ~mask) | (data & mask)),
+                                few.eq(1 if register.most is None else written <= register.most),
+                                known.eq(few & ((data & mask & (ones ^ (1 << DATA_BITS) - 1)) == 0))]
+                            with m.If(acts & known):
+                                m.d.sync += target[bits].eq(written)
                         elif register.access in (Access.COMMAND, Access.CONTROL):
                             m.d.comb += [known.eq(1), target.valid.eq(acts & strobe.any())]
         for register in self._registers:

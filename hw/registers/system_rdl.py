@@ -41,7 +41,7 @@ enum error_code {{
 
 addrmap {name} {{
     name = "{name}";
-    desc = "AXI4-Lite, {DATA_BITS} bits. Registers of more bits take two words, the low one first.";
+    desc = "AXI4-Lite, {DATA_BITS} bits. Registers of 64 bits take two words; write the low one first.";
     littleendian;
     lsb0;
     addressing = compact;
@@ -64,15 +64,24 @@ def _codes():
 
 
 def _register(one, offset):
-    fields = one.fields or (Field(name="value", width=one.width, about=""),)
+    fields = one.fields or _parts(one)
     lines, low = [], 0
     for field in fields:
         lines.append(_field(one, field, low))
         low += field.width
     wide = [f"        regwidth = {2 * DATA_BITS};"] if one.words > 1 else []
+    about = plain_text(f"{one.about} {one.rule}".rstrip())
     return "\n".join([
-        "    reg {", f"        name = \"{one.name}\";", f"        desc = \"{plain_text(one.about)}\";", *wide, *lines,
+        "    reg {", f"        name = \"{one.name}\";", f"        desc = \"{about}\";", *wide, *lines,
         f"    }} {one.name} @ {offset:#05x};", ""])
+
+
+def _parts(one):
+    """One number. What software writes must lie within a word, so that each word takes effect by itself."""
+    if one.words == 1 or one.access is Access.READ:
+        return Field(name="value", width=one.width, about=""),
+    return (Field(name="low", width=DATA_BITS, about="written first"),
+            Field(name="high", width=one.width - DATA_BITS, about="written after low"))
 
 
 def _field(register: Register, field: Field, low: int):

@@ -91,8 +91,8 @@ def test_nothing_is_allocated_and_no_library_is_needed(folder, library):
 
 
 @pytest.mark.parametrize(("name", "value", "result"), [
-    ("magic", 0, MAGIC_WRONG), ("magic", 0xFFFF_FFFF, MAGIC_WRONG), ("version", 1, VERSION_WRONG),
-    ("version", 3, VERSION_WRONG), ("clusters", 64, 0)])
+    ("magic", 0, MAGIC_WRONG), ("magic", 0xFFFF_FFFF, MAGIC_WRONG), ("version", 2, VERSION_WRONG),
+    ("version", 4, VERSION_WRONG), ("clusters", 64, 0)])
 def test_only_an_engine_of_this_version_is_opened(name, value, result, library, machine):
     machine.values[name] = value
     engine = unset()

@@ -52,7 +52,7 @@ def test_regions_have_the_bits_of_a_load(facts):
 
 
 def test_formats_are_those_that_the_machine_reports(facts):
-    assert facts["formats"]["registers"] == {"magic": 0x45444152, "version": 2}
+    assert facts["formats"]["registers"] == {"magic": 0x45444152, "version": 3}
     assert facts["formats"]["image"] == {"magic": 0x45444152, "version": 3}
     assert facts["formats"]["descriptor"] == {"version": 1}
 

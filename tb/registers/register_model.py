@@ -1,7 +1,7 @@
 """What the registers of a table hold and answer, by the table's meaning."""
 
 from hw.registers.axi_lite_signature import DATA_BITS
-from hw.registers.register import WORD_BYTES, Access, Register, addresses
+from hw.registers.register import ALIGNMENT, WORD_BYTES, Access, Register, addresses
 from hw.registers.registers import OKAY, SLVERR
 
 __all__ = ["RegisterModel"]
@@ -14,6 +14,8 @@ class RegisterModel:
     ----------
     registers
         The table.
+    memory_bits
+        Of addresses of main memory.
 
     Members
     -------
@@ -23,7 +25,8 @@ class RegisterModel:
         By number each word that is part of a register: the register, and which of its words.
     """
 
-    def __init__(self, registers: tuple[Register, ...]):
+    def __init__(self, registers: tuple[Register, ...], *, memory_bits: int = 64):
+        self._memory_bits = memory_bits
         self.held = {one.name: one.reset for one in registers if one.access is Access.WRITE}
         first = {name: address // WORD_BYTES for name, address in addresses(registers).items()}
         self.words = {first[one.name] + word: (one, word) for one in registers for word in range(one.words)}
@@ -37,8 +40,15 @@ class RegisterModel:
         fits = (1 << register.width) - 1
         if register.access in (Access.COMMAND, Access.CONTROL):
             return OKAY, (register.name, data & mask & fits) if strobe else None
-        kept = self.held[register.name] & ~(mask << DATA_BITS * word)
-        self.held[register.name] = (kept | (data & mask) << DATA_BITS * word) & fits
+        given = (data & mask) << DATA_BITS * word
+        value = self.held[register.name] & ~(mask << DATA_BITS * word) | given
+        if register.is_address:
+            is_legal = given % ALIGNMENT == 0 and given < 1 << self._memory_bits
+        else:
+            is_legal = given <= fits and (register.most is None or value <= register.most)
+        if not is_legal:
+            return SLVERR, None
+        self.held[register.name] = value
         return OKAY, None
 
     def read(self, address: int, machine: dict[str, int]) -> dict[str, int]:

@@ -25,7 +25,7 @@ class RegisterPort(wiring.Component):
 
     Parameters
     ----------
-    registers, address_bits
+    registers, address_bits, memory_bits
         As of `Registers`.
 
     Members
@@ -42,8 +42,9 @@ class RegisterPort(wiring.Component):
         Their words.
     """
 
-    def __init__(self, registers: tuple[Register, ...], *, address_bits: int):
-        self._table, self._dut = registers, Registers(registers, address_bits=address_bits)
+    def __init__(self, registers: tuple[Register, ...], *, address_bits: int, memory_bits: int):
+        self._table = registers
+        self._dut = Registers(registers, address_bits=address_bits, memory_bits=memory_bits)
         self._protocol = AxiLiteProtocol(address_bits)
         host = self._dut.host
         members = {}

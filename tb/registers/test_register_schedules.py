@@ -17,15 +17,19 @@ from tb.registers.register_model import RegisterModel
 from tb.registers.register_port import RegisterPort
 
 SMALL = (
+    Register(name="wide", access=Access.READ, width=50, about="A long number of the machine."),
     Register(name="count", access=Access.READ, about="A number of the machine."),
-    Register(name="wide", access=Access.READ, width=50, about="A long one."),
     Register(name="mode", access=Access.WRITE, width=5, about="Of the host.", reset=9,
              fields=(Field(name="low", width=2, about="bits"), Field(name="high", width=3, about="more bits"))),
     Register(name="base", access=Access.WRITE, width=44, about="A long one.", reset=7 << 35),
     Register(name="full", access=Access.WRITE, width=64, about="Two words."),
+    Register(name="table", access=Access.WRITE, width=64, about="An address.", is_address=True),
     Register(name="go", access=Access.COMMAND, width=12, about="A command."),
     Register(name="run", access=Access.COMMAND, about="Another one."),
-    Register(name="both", access=Access.CONTROL, width=7, about="A command that reads as a number of the machine."))
+    Register(name="both", access=Access.CONTROL, width=7, about="A command that reads as a number of the machine."),
+    Register(name="choice", access=Access.WRITE, width=3, about="Of few values.", most=5))
+# Of addresses of main memory.
+MEMORY_BITS = 41
 TABLES = {"small": (SMALL, 7), "engine": (ENGINE_REGISTERS, ADDRESS_BITS)}
 COMMANDS = {name: [one.name for one in table if one.access in (Access.COMMAND, Access.CONTROL)]
             for name, (table, _) in TABLES.items()}
@@ -68,7 +72,10 @@ def accesses(table, address_bits):
     host = [word for word, (one, _) in words.items() if one.access is not Access.READ]
     word = st.one_of(st.sampled_from(host), st.sampled_from(list(words)), st.sampled_from(edges(table, address_bits)))
     address = st.builds(lambda word, byte: 4 * word + byte, word, st.sampled_from((0, 0, 0, 1, 2, 3)))
-    data, strobe = st.integers(0, (1 << 32) - 1), st.sampled_from((15, 0, *range(16)))
+    # Among them numbers of few bits, and addresses.
+    data = st.one_of(st.integers(0, 9), st.integers(0, (1 << 26) - 1).map(lambda value: value << 6),
+                     st.integers(0, (1 << 32) - 1))
+    strobe = st.sampled_from((15, 0, *range(16)))
 
     def lists(element):
         # Lists of any length are mostly short.
@@ -117,7 +124,7 @@ def expected_reads(table, limit, one, writes, replies):
             replied = {"data": value, "resp": OKAY}
         else:
             effect = max(address + 1, answer)
-            model = RegisterModel(table)
+            model = RegisterModel(table, memory_bits=MEMORY_BITS)
             # A write is visible from the cycle after it has taken effect.
             held = [after for *_, when, _, _, _, after in writes if when < effect]
             model.held = held[-1] if held else model.held
@@ -131,7 +138,7 @@ def check(bench, name, one):
     """Everything that comes out, and when; the expected writes and reads."""
     table, address_bits = TABLES[name]
     came = bench.run(one.schedule, window)
-    writes = expected_writes(RegisterModel(table), one)
+    writes = expected_writes(RegisterModel(table, memory_bits=MEMORY_BITS), one)
     reads = expected_reads(table, 1 << address_bits, one, writes, bench.cycles["i_window"])
     expected = {
         "aw": [write[0] for write in writes], "w": [write[1] for write in writes], "b": [write[3] for write in writes],
@@ -149,7 +156,8 @@ def check(bench, name, one):
 @pytest.fixture(scope="module", params=TABLES)
 def bench(request):
     table, address_bits = TABLES[request.param]
-    return request.param, ScheduleBench(RegisterPort(table, address_bits=address_bits))
+    return request.param, ScheduleBench(RegisterPort(
+        table, address_bits=address_bits, memory_bits=MEMORY_BITS))
 
 
 CASES = ("address before data", "data before address", "both at once", "the next write waits", "the next read waits",
@@ -195,9 +203,11 @@ def test_every_word_with_every_strobe(bench):
     """Its access, its width, and the bytes that a write keeps, also of words beside the registers and of the window."""
     (name, simulation), draw = bench, random.Random(1)
     for word in (*RegisterModel(TABLES[name][0]).words, *edges(*TABLES[name])):
-        values = [(1 << 32) - 1, 0, *(draw.getrandbits(32) for _ in range(16))]
-        strobes = [15, 15, *draw.sample(range(16), 16)]
+        # All bits, no bit, each bit alone, what exceeds a few bits by one; and numbers of any and of few bits.
+        values = [(1 << 32) - 1, 0, *(1 << bit for bit in range(32)), *range(3, 8),
+                  *(draw.getrandbits(32) for _ in range(16)), *(draw.getrandbits(5) for _ in range(16))]
+        strobes = [15] * 39 + [*draw.sample(range(16), 16), *draw.sample(range(16), 16)]
         # Each write waits for the answer of the one before.
         writes = [(0, 0, 4 * word, value, strobe) for value, strobe in zip(values, strobes, strict=True)]
         stalls = {"b": [5] * len(writes), "r": [], "o_window": []}
-        check(simulation, name, Accesses(writes, [(1, 4 * word)] * 40, stalls))
+        check(simulation, name, Accesses(writes, [(1, 4 * word)] * 100, stalls))

@@ -22,8 +22,8 @@ MODULE = "tb.registers.test_registers"
 ADDRESS_BITS = 8
 WINDOW = 1 << ADDRESS_BITS - 1
 TABLE = (
+    Register(name="wide", access=Access.READ, width=50, about="A long number of the machine's."),
     Register(name="said", access=Access.READ, about="A number of the machine's."),
-    Register(name="wide", access=Access.READ, width=50, about="A long one."),
     Register(name="mode", access=Access.WRITE, width=5, about="Of the host's.", reset=9,
              fields=(Field(name="low", width=2, about="bits"), Field(name="high", width=3, about="more bits"))),
     Register(name="base", access=Access.WRITE, width=44, about="A long one.", reset=7 << 35),
@@ -110,13 +110,15 @@ async def exercise(bench, count):
             continue
         # Some bytes of a word only, now and then.
         skip, size = draw.choice([(0, 4), (0, 4), (1, 2), (3, 1)])
-        value = draw.getrandbits(8 * size)
+        value = draw.getrandbits(draw.choice([8 * size, 5]))
         resp = await bench.write(address + skip, value, size)
+        mask = (1 << 8 * size) - 1 << 8 * skip
+        mask, value = mask << 32 * word, value << 8 * skip + 32 * word
         writable = one is not None and one.access is not Access.READ
+        # A register has no other bits.
+        writable &= one is None or one.access is not Access.WRITE or value < 1 << one.width
         assert resp == (OKAY if writable else SLVERR), f"a write at {address:#x}"
         if writable:
-            mask = (1 << 8 * size) - 1 << 8 * skip
-            mask, value = mask << 32 * word, value << 8 * skip + 32 * word
             if one.access is Access.WRITE:
                 held[one.name] = ((held[one.name] & ~mask) | value) & (1 << one.width) - 1
             else:
@@ -224,7 +226,11 @@ def test_what_cannot_be():
     with pytest.raises(ValueError, match="Registers must end at 16, not 28"):
         Registers(TABLE, address_bits=5)
     with pytest.raises(ValueError, match="Names of registers must differ, not be said twice"):
-        addresses((TABLE[0], TABLE[0]))
+        addresses((TABLE[1], TABLE[1]))
+    with pytest.raises(ValueError, match="Address of wide must be a multiple of its bytes, not 0x4"):
+        addresses((TABLE[1], TABLE[0]))
+    with pytest.raises(ValueError, match="Access of a must be WRITE, as it has a rule, not READ"):
+        Register(name="a", access=Access.READ, about="", most=3)
     with pytest.raises(ValueError, match="Width must be from 1 to 64, not 65"):
         Register(name="a", access=Access.READ, about="", width=65)
     with pytest.raises(ValueError, match="Width of a command must be at most 32, not 33"):
