@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from tb.sources.source_trees import ROOT
+from tb.sources.source_texts import ROOT
 
 HARDWARE = sorted((ROOT / "hw").rglob("*.py"))
 
