@@ -15,7 +15,7 @@ from golden.commands.workers import WORKERS, worker_pool
 __all__ = ["formfactors_command"]
 
 _NAMED = {"Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Clusters": "--clusters",
-          "Error": "--error", "Sky error": "--sky-error", "Seed": "--seed"}
+          "Error": "--error", "Sky error": "--sky-error", "Seed": "--seed", "Jobs": "--jobs"}
 _ADAPTIVE = {"error": "--error", "sky_error": "--sky-error", "sky_patches": "--sky-patches", "seed": "--seed",
              "time_limit": "--time-limit"}
 
@@ -49,12 +49,14 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
     @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how rays are cast.")
     @METHOD_CELL
+    @click.option("--jobs", type=int, help="Set the number of threads that cast; view factors do not depend on it.  "
+                  "[default: one per usable processor]")
     @click.option("--resume", is_flag=True, help="Continue an unfinished run from the blocks of rows that it has kept "
                   "beside the output.")
     @WORKERS
     @add_options(option for method in methods for option in method.options)
     def formfactors(scene, output, error, sky_error, sky_patches, time_limit, seed, rays, samples, project, facets,
-                    unit, max_edge, max_area, method, cell, resume, workers, **given):
+                    unit, max_edge, max_area, method, cell, jobs, resume, workers, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light leaving patch i that arrives at patch j. Rows sum to 1 minus the shares that
@@ -81,7 +83,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         task = ViewFactorTask(scene, output, facets=facets, unit=unit, max_edge=max_edge, max_area=max_area,
                               progress=console().progress)
         with (chosen.frusta(task.scene, cell=cell, **options) if chosen
-              else nullcontext(frustum_caster(task.scene, method, cell=cell, progress=console().progress))) as caster:
+              else nullcontext(frustum_caster(task.scene, method, cell=cell, jobs=jobs,
+                                              progress=console().progress))) as caster:
             def adaptive(error):
                 return FactorRows(task.scene, caster, error=error, sky_error=sky_error, sky_patches=sky_patches,
                                   seed=seed)

@@ -166,6 +166,7 @@ class Recorded:
      {"plain": {"rays": (32, 8), "samples": 3, "projected": True, "block_rows": 64}}),
     (("--samples", "2"), {"plain": {"rays": (256, 64), "samples": 2, "projected": False}}),
     (("--time-limit", "5", "--error", "0.004"), {"within": {0: 5.0, "error": 0.004, "method": "naive"}}),
+    (("--jobs", "3"), {"caster": {"jobs": 3, "cell": 0.3}}),
     (("--resume",), {"store": {"method": "naive", "resume": True}}),
     (("--facets", "--unit", "cm", "--max-edge", "0.5", "--max-area", "0.25"),
      {"task": {"facets": True, "unit": "cm", "max_edge": 0.5, "max_area": 0.25}})])
