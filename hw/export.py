@@ -10,19 +10,21 @@ from amaranth.hdl import Elaboratable
 from amaranth.lib import wiring
 
 from hw.lib.black_box import flatten
+from hw.lib.checks import checked
 from hw.verilog_text import add_zero_loops, merge_equal_words, remove_empty_wires, wait_for_nothing
 from hw.zero_memories import omit_zeros
 
 __all__ = ["verilog_of"]
 
 
-def verilog_of(component: wiring.Component, name: str, *, port_name: Callable[[str], str] = str) -> str:
-    """A component as the module ``name``, in SystemVerilog.
+def verilog_of(component: wiring.Component, name: str, *, port_name: Callable[[str], str] = str,
+               is_checked: bool = False) -> str:
+    """A component as the module ``name``, in SystemVerilog, with its checks (`hw.lib.checks`) if it ``is_checked``.
 
     Its ports have the names of its members, joined by two underscores, or what ``port_name`` makes of them.
     """
     os.environ["AMARANTH_USE_YOSYS"] = "builtin"
-    with omit_zeros() as omitted, _without_collection():
+    with checked(is_checked), omit_zeros() as omitted, _without_collection():
         text = verilog.convert(_Flat(component, port_name), name=name, emit_src=False, strip_internal_attrs=True)
     return add_zero_loops(merge_equal_words(wait_for_nothing(remove_empty_wires(text))), omitted.count)
 

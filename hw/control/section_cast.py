@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.formats import Formats
+from hw.lib.checks import claim
 
 __all__ = ["SectionCast"]
 
@@ -79,6 +80,8 @@ class SectionCast(wiring.Component):
                      self.tiles_across.eq((columns + (1 << bits) - 1) >> bits)]
         over, settled, patches, known = Signal(), Signal(), Signal(range(PATCHES + 1)), Signal()
         m.d.sync += [patches.eq(patches + self.enters - self.leaves), known.eq(self.i.valid & ~self.i.ready)]
+        claim(m, ~self.leaves | (patches != 0), "a patch that is done has entered")
+        claim(m, ~self.enters | (patches != PATCHES), f"at most {PATCHES} patches are in flight")
         m.d.comb += [self.idle.eq(self.drained & (patches == 0)), self.busy.eq(1)]
         # Registered: nets to the units are long.
         starts = {name: Signal(name=f"starts_{name}") for name in _UNITS}

@@ -74,5 +74,5 @@ class PatchQueue(wiring.Component):
             m.d.sync += index.eq(index + 1)
             with m.If(index == 3):
                 m.d.sync += slot.eq(slot + 1)
-        count_up_down(m, self.waiting, up=takes, down=self.free)
+        count_up_down(m, self.waiting, up=takes, down=self.free, most=self._slots)
         return m

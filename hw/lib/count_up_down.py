@@ -2,10 +2,12 @@
 
 from amaranth.hdl import Mux, Signal, ValueLike
 
+from hw.lib.checks import claim
+
 __all__ = ["count_up_down"]
 
 
-def count_up_down(m, count: Signal, *, up: ValueLike, down: ValueLike) -> None:
+def count_up_down(m, count: Signal, *, up: ValueLike, down: ValueLike, most: int) -> None:
     """Step a register: one up, one down, or not at all if both come in the same cycle or neither does.
 
     Parameters
@@ -16,6 +18,10 @@ def count_up_down(m, count: Signal, *, up: ValueLike, down: ValueLike) -> None:
         The register, in ``sync``. Nothing keeps it in its range: ``up`` must not come at its end, nor ``down`` at 0.
     up, down
         One bit each.
+    most
+        The end of the range.
     """
+    claim(m, ~(up & ~down) | (count != most), f"{count.name} is at most {most}")
+    claim(m, ~(down & ~up) | (count != 0), f"{count.name} is at least 0")
     with m.If(up ^ down):
         m.d.sync += count.eq(count + Mux(up, 1, -1))

@@ -61,5 +61,5 @@ class CreditGate(wiring.Component):
         m.d.sync += free.eq(self.i_return.valid | (free & ~(transfer & (self.level == self._credits - 1))))
         m.d.comb += [self.o.payload.eq(self.i.payload), self.o.valid.eq(self.i.valid & free),
                      self.i.ready.eq(self.o.ready & free), transfer.eq(self.o.valid & self.o.ready)]
-        count_up_down(m, self.level, up=transfer, down=self.i_return.valid)
+        count_up_down(m, self.level, up=transfer, down=self.i_return.valid, most=self._credits)
         return m

@@ -72,5 +72,5 @@ class Queue(wiring.Component):
             m.d.sync += tail.eq(after(tail))
         with m.If(take):
             m.d.sync += head.eq(after(head))
-        count_up_down(m, self.level, up=put, down=take)
+        count_up_down(m, self.level, up=put, down=take, most=self._depth)
         return m

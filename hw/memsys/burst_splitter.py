@@ -5,6 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.lib.checks import claim
 from hw.memsys.memory_formats import MemoryFormats
 
 __all__ = ["BurstSplitter"]
@@ -50,6 +51,8 @@ class BurstSplitter(wiring.Component):
         last_number, end = Signal(count_bits, reset_less=True), Signal(low, reset_less=True)
         ends = number[:count_bits] == last_number
         burst, given = self.o.payload, self.i.payload
+        claim(m, ~self.i.valid | ((given.last - given.first)[:len(given.first)] < 1 << self._config.memory.length_bits),
+              "a request is no longer than the window check lets through")
         tag, bad = Signal.like(burst.tag, reset_less=True), Signal(reset_less=True)
         m.d.comb += [
             burst.first.eq(Cat(start, number)), burst.length.eq(Mux(ends, end, Const(-1, low)) - start),

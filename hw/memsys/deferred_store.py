@@ -6,6 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.checks import claim
 from hw.lib.queue import Queue
 from hw.lib.validate import check_integer
 
@@ -114,5 +115,6 @@ class DeferredStore(wiring.Component):
             m.d.sync += at.chain.first.eq(behind_read.data)
         with m.If(moves):
             m.d.sync += [self.o.valid.eq(walks), shown.tag.eq(tag_read.data), shown.data.eq(at.data)]
+        claim(m, ~leaves | (self.waiting != 0), "an item leaves once")
         m.d.sync += self.waiting.eq(self.waiting + takes - leaves)
         return m

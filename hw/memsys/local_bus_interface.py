@@ -8,6 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats
 from hw.lib.arbiter import Arbiter
+from hw.lib.checks import claim
 from hw.lib.credit_gate import CreditGate
 from hw.lib.queue import Queue
 from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
@@ -65,6 +66,9 @@ class LocalBusInterface(wiring.Component):
     def __init__(self, *, config: Config):
         self._config, self._formats, self._icu = config, PathFormats(config), Formats(config)
         formats, icu = self._formats, self._icu
+        # Cells and patches in flight, which who uses the interface checks to be none in the end.
+        self.gates = [CreditGate(shape, credits=config.memsys.bus_requests)
+                      for shape in (formats.cell_bits, icu.patch)]
         self._listed = StructLayout({"item": formats.cell_beat, "last": 1})
         super().__init__({
             "i_cell": In(stream.Signature(formats.cell_bits)), "i_patch": In(stream.Signature(icu.patch)),
@@ -87,7 +91,7 @@ class LocalBusInterface(wiring.Component):
 
     def _add_cells(self, m, out, requests):
         formats, ids = self._formats, self._config.memsys.reply_ids
-        m.submodules.cell_gate = gate = CreditGate(formats.cell_bits, credits=requests)
+        m.submodules.cell_gate = gate = self.gates[0]
         # Parts in flight, oldest first, and those that are still to be requested.
         m.submodules.requested = requested = Queue(formats.cell_key, depth=requests)
         m.submodules.further = further = Queue(formats.cell_key, depth=requests)
@@ -110,6 +114,9 @@ class LocalBusInterface(wiring.Component):
         m.d.comb += [
             entries.i.valid.eq(reply.valid & (reply.payload.kind == RequestKind.CELL)), entries.i.payload.item.eq(beat),
             entries.i.payload.ends.eq(reply.payload.last), entries.i.payload.error.eq(reply.payload.error)]
+        claim(m, ~entries.i.valid | (entries.i.ready & requested.o.valid), "a cell's reply has been requested")
+        claim(m, ~further.i.valid | further.i.ready, "a further part has an entry")
+        claim(m, ~entries.i.valid | ~reply.payload.error | (reply.payload.last & ~beat.is_id), "an error is one beat")
         oldest, more, moves, ends = entries.o.payload, Signal(), Signal(), Signal()
         m.d.comb += [
             more.eq(oldest.ends & oldest.item.more & ~oldest.error),
@@ -124,7 +131,7 @@ class LocalBusInterface(wiring.Component):
 
     def _add_patches(self, m, out, requests):
         formats, icu = self._formats, self._icu
-        m.submodules.patch_gate = gate = CreditGate(icu.patch, credits=requests)
+        m.submodules.patch_gate = gate = self.gates[1]
         wiring.connect(m, wiring.flipped(self.i_patch), gate.i)
         m.d.comb += [
             out.valid.eq(gate.o.valid), gate.o.ready.eq(out.ready), out.payload.kind.eq(RequestKind.PATCH),
@@ -142,6 +149,9 @@ class LocalBusInterface(wiring.Component):
                              self.misses.eq(self.misses + ~reply.payload.hit)]
         m.submodules.vertices = entries = Queue(StructLayout({"vertex": icu.patch_vertex, "error": 1}),
                                              depth=VERTICES * requests)
+        claim(m, ~mine | (gate.level != 0), "a patch's reply has been requested")
+        claim(m, ~entries.i.valid | entries.i.ready, "a patch's vertices have entries")
+        claim(m, ~mine | (reply.payload.last == (beat == BEATS - 1)), "a patch has all its beats")
         given, oldest = entries.i.payload, entries.o.payload
         index, moves, ends = Signal(range(VERTICES)), Signal(), Signal()
         m.d.comb += [

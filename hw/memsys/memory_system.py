@@ -10,6 +10,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.formats import Formats
 from hw.lib.arbiter import Arbiter
+from hw.lib.checks import claim
 from hw.lib.first_fault import FirstFault
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
@@ -197,6 +198,8 @@ class MemorySystem(wiring.Component):
         self._add_start(m, ((cell_filter.i_start, 1), (patch_filter.i_start, 1), *others.starts))
         wiring.connect(m, bus.o_request, wiring.flipped(self.o_bus))
         wiring.connect(m, wiring.flipped(self.i_bus), bus.i_reply)
+        begins = self.i_start.valid & self.i_start.ready
+        claim(m, ~begins | ~Cat(others.taken, *(gate.level for gate in bus.gates)).any(), "all entries are free")
 
         # A cell leaves with its last entry, which counts as a patch from then on.
         m.d.comb += [cells.enters.eq(self.i_cell.valid & self.i_cell.ready), patches.enters.eq(listed)]
@@ -317,7 +320,7 @@ class MemorySystem(wiring.Component):
         self._route_fetches(m, fetched, bus)
         wiring.connect(m, wiring.flipped(self.i_reply), merge.i[1])
         wiring.connect(m, bus.o_vertex, merge.i[2])
-        return _Others(starts=(), lost=(bus.lost_patch,), remote=merge.left[1], hits=Const(0, 32))
+        return _Others(starts=(), lost=(bus.lost_patch,), remote=merge.left[1], hits=Const(0, 32), taken=Const(0, 1))
 
     def _add_store(self, m, fetched, bus, merge):
         """Patches that others hold, through the patch store."""
@@ -341,7 +344,8 @@ class MemorySystem(wiring.Component):
             m.d.sync += is_old.eq(0)
         with m.If(self.i_load_cells.valid | self.i_load_types.valid | self.i_load_geometry.valid):
             m.d.sync += is_old.eq(1)
-        return _Others(starts=((store.i_start, is_old),), lost=tuple(store.lost), remote=fills.left[0], hits=store.hits)
+        return _Others(starts=((store.i_start, is_old),), lost=tuple(store.lost), remote=fills.left[0], hits=store.hits,
+                       taken=store.taken)
 
     def _add_check(self, m, name, vertex, moves):
         """Whether a patch has come from a memory that does not hold it, and which one; a cycle later."""
@@ -397,9 +401,12 @@ class _Others:
         A patch of another cluster has come, or leaves.
     hits
         Patches from the store, since reset.
+    taken
+        Entries of the store in flight.
     """
 
     starts: tuple
     lost: tuple
     remote: Value
     hits: Value
+    taken: Value

@@ -9,6 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.memsys.patch_store import KEPT_OF
 from hw.formats import Formats
+from hw.lib.checks import claim
 from hw.lib.generations import Generations
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
@@ -101,6 +102,8 @@ class PatchStore(wiring.Component):
             "o_fetch": Out(stream.Signature(request)), "i_fill": In(vertices),
             "i_lost": In(stream.Signature(formats.patch)), "o_stored": Out(vertices), "o_passed": Out(vertices),
             "lost": Out(2), "hits": Out(32), "misses": Out(32)})
+        # Entries in flight, which who uses the store checks to be free in the end.
+        self.taken = Signal(requests)
         # A request in flight, from its lookup until its last vertex has left.
         self._entry = StructLayout({"patch": formats.patch, "frame": range(frames), "is_stored": 1})
         self._number = range(requests)
@@ -112,7 +115,7 @@ class PatchStore(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         entries = Signal(ArrayLayout(self._entry, self._requests), reset_less=True)
-        taken, fetching, frees = (Signal(self._requests, name=name) for name in ("taken", "fetching", "frees"))
+        taken, fetching, frees = self.taken, *(Signal(self._requests, name=name) for name in ("fetching", "frees"))
         m.submodules.istructure = presence = IStructure(
             self._head, depth=self._frames, version_bits=VERSION_BITS, deferred=self._requests, tag=self._number,
             renews=True)
@@ -131,6 +134,8 @@ class PatchStore(wiring.Component):
         filled, passed = self._add_fills(m, entries=entries, fetching=fetching, vertices=vertices, presence=presence)
         read = self._add_answers(m, entries=entries, vertices=vertices, presence=presence, forgets=forgets)
         m.d.comb += frees.eq(passed | read)
+        claim(m, (fetching & ~taken) == 0, "what is fetched has an entry")
+        claim(m, (frees & ~taken) == 0, "an entry is freed once")
         m.d.sync += [taken.eq((taken | looked_up) & ~frees), fetching.eq((fetching | fetched) & ~filled)]
         return m
 
@@ -238,6 +243,7 @@ class PatchStore(wiring.Component):
         each = [entries[k] for k in range(self._requests)]
         m.d.comb += [filled.eq(Mux(ends, found, 0)),
                      candidates.eq(Cat(entry.patch == patch for entry in each) & fetching & ~filled)]
+        claim(m, ~advances | ~(takes_lost | (takes & (first == 0))) | candidates.any(), "what comes is being fetched")
         with m.If(advances):
             m.d.sync += [there.eq(takes_lost | takes), is_lost.eq(takes_lost), vertex.eq(self.i_fill.payload)]
             with m.If(takes_lost | (first == 0)):

@@ -87,7 +87,7 @@ class VertexMerge(wiring.Component):
                 m.d.sync += vertex.eq(vertex + 1)
             # Whether a patch is granted is known late.
             m.d.sync += eligible[k].eq(arrives | Mux(granted, whole[1:].any(), eligible[k]))
-            count_up_down(m, whole, up=arrives, down=granted)
+            count_up_down(m, whole, up=arrives, down=granted, most=self._patches)
             with m.If(granted):
                 m.d.sync += chosen.eq(k)
         with m.Switch(chosen):

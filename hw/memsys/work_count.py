@@ -4,6 +4,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.checks import claim
 from hw.lib.validate import check_integer
 
 __all__ = ["WorkCount"]
@@ -47,6 +48,7 @@ class WorkCount(wiring.Component):
     def __init__(self, *, enters: int, leaves: int, most: int):
         for name, value in ("Enters", enters), ("Leaves", leaves), ("Most", most):
             check_integer(name, value, minimum=1)
+        self._most = most
         super().__init__({"enters": In(enters), "leaves": In(leaves), "level": Out(range(most + 1)),
                           "empty": Out(1, init=1)})
 
@@ -55,6 +57,8 @@ class WorkCount(wiring.Component):
         # That all have left may be known late, that one has entered never.
         after, left = Signal.like(self.level), Signal.like(self.leaves)
         m.d.comb += after.eq(self.level - sum(left))
+        claim(m, sum(left) <= self.level, "what leaves has entered")
+        claim(m, after + sum(self.enters) <= self._most, f"at most {self._most} are in flight")
         # Nothing is counted or compared behind what enters.
         m.d.sync += [left.eq(self.leaves), self.level.eq(after + sum(self.enters)),
                      self.empty.eq((after == 0) & ~self.enters.any())]

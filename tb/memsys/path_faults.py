@@ -11,6 +11,7 @@ from amaranth.lib.data import View
 from amaranth.sim import Simulator
 
 from golden.config import Config
+from hw.lib.checks import checked
 from hw.memsys.memory_system import LOADS, MemorySystem
 from hw.memsys.path_fault import PathFault
 from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
@@ -108,7 +109,8 @@ class FaultBench:
         top.submodules.dut = ResetInserter(reset)(dut)
         top.d.comb += [Cat(*(one for one in self._given.values() if len(one))).eq(self._inputs),
                        self._outputs.eq(Cat(*self._seen.values())), dut.o_bus.ready.eq(1), dut.o_request.ready.eq(1)]
-        self._simulator = Simulator(top)
+        with checked():
+            self._simulator = Simulator(top)
         self._simulator.add_clock(1e-8)
         self._script, self._has_run, self._stable, self._ctx = None, False, {}, None
         self._faults, self._draw, self._delay = Faults(), random.Random(0), 1
