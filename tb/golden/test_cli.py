@@ -359,7 +359,7 @@ def test_bad_input_is_one_line_and_leaves_nothing_behind(folder, case):
 
 
 def test_bad_input_to_the_module_is_one_line_and_leaves_nothing_behind(folder):
-    files, arguments, message = BAD["vertex not a number"]
+    files, arguments, message = BAD["unknown option"]
     make(folder, files)
     before = content(folder)
     result = subprocess.run([sys.executable, "-m", "golden", *arguments], capture_output=True, text=True, check=False)

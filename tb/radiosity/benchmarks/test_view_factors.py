@@ -2,8 +2,10 @@
 
 import json
 import math
+import multiprocessing
 import time
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -70,7 +72,14 @@ def test_what_takes_too_long_is_stopped():
     assert time.monotonic() - begin < 60
 
 
-def test_an_error_in_a_process_is_raised_here():
+def test_an_error_in_a_process_is_raised_here(monkeypatch):
+    """In one that begins at once, and is this one."""
+    def process(target, args):
+        return SimpleNamespace(start=lambda: target(*args), kill=lambda: None, join=lambda: None)
+
+    monkeypatch.setattr(multiprocessing, "get_context", lambda kind: SimpleNamespace(
+        Pipe=multiprocessing.Pipe, Process=process))
+    assert in_own_process(math.sqrt, 4) == 2
     with pytest.raises(ValueError, match="math domain error"):
         in_own_process(math.sqrt, -1)
 

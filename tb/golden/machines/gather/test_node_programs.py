@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from golden.machines.gather.collectives import concatenation, reduction
 from golden.machines.gather.hypercube import hypercube
 from golden.machines.gather.node_programs import joined, run_program, work_step
 from golden.machines.gather.node_timing import NodeTiming
-from tb.golden.machines.gather.simpy_programs import simpy_programs
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -37,20 +35,6 @@ def test_an_early_message_waits():
     program = work_step([0, 5000])
     program.target[0, 0], program.source[0, 1], program.words[0, 0] = 1, 0, 6
     assert run_program(program, hypercube(2, TIMING), np.zeros(2)).tolist() == [100, 5000]
-
-
-@pytest.mark.parametrize("nodes", [1, 2, 8])
-@pytest.mark.parametrize("seed", range(3))
-def test_ends_are_those_of_processes_in_simpy(nodes, seed):
-    rng = np.random.default_rng(seed)
-
-    def work():
-        return work_step(rng.integers(0, 900, nodes))
-
-    program = joined(work(), concatenation(rng.integers(1, 20, nodes)), work(), reduction(nodes, 2), work(), work())
-    start = rng.integers(0, 500, nodes)
-    assert np.array_equal(run_program(program, hypercube(nodes, TIMING), start, rounds=5),
-                          simpy_programs(program, TIMING, start, rounds=5))
 
 
 def test_messages_for_nodes_that_do_not_wait_are_refused():
