@@ -1,4 +1,5 @@
-"""Cycles of a fixed set of jobs: ``python -m tb.system.cycles`` writes tb/system/cycles.json anew.
+"""Cycles of a fixed set of jobs: ``python -m tb.system.cycles`` writes tb/system/cycles.json anew, or prints those of
+one job.
 
 `tb/system/test_cycles.py` fails where the machine takes more or fewer, so that each change of its speed is seen.
 """
@@ -40,8 +41,13 @@ def cycles_of(name: str, clusters: int) -> dict[str, int | list[int]]:
 
 
 @click.command()
-def main() -> None:
-    """Write the baseline."""
+@click.argument("name", type=click.Choice(list(JOBS)), required=False)
+def main(name: str | None) -> None:
+    """Write the baseline, or print the cycles of the job NAME on two clusters."""
+    if name is not None:
+        found = cycles_of(name, 2)
+        click.echo(f"{name}: {found['job']} cycles, of casts {', '.join(map(str, found['casts']))}")
+        return
     BASELINE.write_text(json.dumps({
         str(clusters): {name: cycles_of(name, clusters) for name in JOBS} for clusters in CONFIGS}, indent=1) + "\n")
     click.echo(f"wrote {BASELINE}")

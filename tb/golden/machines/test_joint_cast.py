@@ -117,7 +117,8 @@ def test_requests_share_the_port_of_their_owner():
 
 # Replies that are shorter than a patch takes its cluster wait there, others in the network.
 @pytest.mark.parametrize("options", [
-    {"columns": 2, "rows": 1, "run_ahead": 0}, {"columns": 2, "rows": 2, "reply_flits": 1},
+    {"columns": 2, "rows": 1, "run_ahead": 0, "request": 3, "serve": 2, "reply": 6},
+    {"columns": 2, "rows": 2, "reply_flits": 1},
     {"columns": 2, "rows": 2, "run_ahead": 6, "barrier": 2},
     {"columns": 2, "rows": 1, "frames": 16, "cached": "lru", "run_ahead": 6},
     {"columns": 2, "rows": 2, "frames": 8, "cached": "direct"},
