@@ -19,11 +19,13 @@ _SECONDS = {"engine": 10.0, "async_engine": 10.0, "cluster": 6.0, "icu": 2.0, "c
 @click.option("--top", type=click.Choice(TOPS), default="engine", help="Choose the top module.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/verilog"), help="Write the files to this "
               "folder.")
+@click.option("--period", type=click.FloatRange(min=0.1), help="Set the nanoseconds of each clock in the constraints. "
+              "Default: one that an ECP5-85 has reached.")
 @click.option("--ram-style", "ram_styles", is_flag=True, help="Name the kind of each small or shared memory by the "
               "attribute ram_style, which Vivado knows, and Yosys for some families.")
 @PRESET
 @ASSIGNMENTS
-def verilog(top, folder, ram_styles, preset, assignments):
+def verilog(top, folder, period, ram_styles, preset, assignments):
     """Write Verilog for synthesis and simulation, with constraints, a description for FuseSoC, and a manifest."""
     from golden.config import PRESETS
     from golden.stage_progress import StageProgress
@@ -33,5 +35,5 @@ def verilog(top, folder, ram_styles, preset, assignments):
     with (StageProgress(f"preset {preset}", {f"export {top}": _SECONDS[top]}, shown=console().progress) as bar,
           bar.stage(f"export {top}")):
         paths = [str(path) for path in write_core(top, config=config, preset=preset, folder=folder,
-                                             ram_styles=ram_styles)]
+                                             period=period, ram_styles=ram_styles)]
     console().report({"output": paths}, "\n".join(paths))

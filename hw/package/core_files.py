@@ -7,6 +7,8 @@ from golden.config import Config
 from golden.output import whole_file
 from hw.cluster import COUNTERS
 from hw.output import write_text
+from hw.package.constraints import lpf, sdc, xdc
+from hw.package.crossings import crossings, with_synchronisers
 from hw.package.manifest import core_version, manifest
 from hw.package.pages import core_pages
 from hw.package.readme import readme
@@ -17,10 +19,8 @@ from hw.plain_verilog import plain_verilog
 from hw.registers.system_rdl import system_rdl
 from hw.verilog_text import without_ram_styles
 
-__all__ = ["PERIOD_NS", "core_files", "write_core"]
+__all__ = ["core_files", "write_core"]
 
-# Clock period of the constraints.
-PERIOD_NS = 10
 # Warnings of Verilator that are accepted, with the reason.
 WAIVERS = {
     "CASEINCOMPLETE": "where no case holds a default was assigned before",
@@ -38,7 +38,7 @@ CROSSING_WAIVERS = {
 }
 
 
-def write_core(top: str, *, config: Config, preset: str, folder: Path, ram_styles: bool = False) -> list[Path]:
+def write_core(top: str, *, config: Config, preset: str, folder: Path, **options) -> list[Path]:
     """Write `core_files` into a folder.
 
     Returns
@@ -48,7 +48,7 @@ def write_core(top: str, *, config: Config, preset: str, folder: Path, ram_style
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    for name, content in core_files(top, config=config, preset=preset, ram_styles=ram_styles).items():
+    for name, content in core_files(top, config=config, preset=preset, **options).items():
         paths.append(folder / name)
         paths[-1].parent.mkdir(exist_ok=True)
         if isinstance(content, str):
@@ -59,7 +59,8 @@ def write_core(top: str, *, config: Config, preset: str, folder: Path, ram_style
     return paths
 
 
-def core_files(top: str, *, config: Config, preset: str, ram_styles: bool = False) -> dict[str, str | bytes]:
+def core_files(top: str, *, config: Config, preset: str, period: float | None = None,
+               ram_styles: bool = False) -> dict[str, str | bytes]:
     """The contents of a core's files by their paths in its folder; the same every time.
 
     Parameters
@@ -70,13 +71,19 @@ def core_files(top: str, *, config: Config, preset: str, ram_styles: bool = Fals
         The configuration.
     preset
         What it was made from, to be named.
+    period
+        Of each clock in the constraints, in nanoseconds. Default: one that has been reached, see `Top`.
     ram_styles
         Memories have the attribute ``ram_style``, which not all tools accept.
     """
-    name, about = f"radiosity_{top}", TOPS[top].about
+    name, about, clocks = f"radiosity_{top}", TOPS[top].about, TOPS[top].clocks
+    period = TOPS[top].period if period is None else period
     text = TOPS[top].verilog(config, name)
     if not ram_styles:
         text = without_ram_styles(text)
+    if TOPS[top].buses:
+        text = with_synchronisers(text)
+    crossed = crossings(text, name) if TOPS[top].buses else []
     head = f"// {about}.\n// Radiosity Engine {core_version()}, preset {preset}. Parameters and ports: {name}.json\n\n"
     text, plain = head + text, head + plain_verilog(text)
     facts = manifest(top, name, config=config, preset=preset, text=text)
@@ -88,9 +95,9 @@ def core_files(top: str, *, config: Config, preset: str, ram_styles: bool = Fals
             f"// {why[0].upper()}{why[1:]}.\nlint_off -rule {rule} -file \"*{name}.*v\"\n"
             for rule, why in (WAIVERS | (CROSSING_WAIVERS if TOPS[top].buses else {})).items())]),
         f"{name}.f": f"{name}.sv\n",
-        f"{name}.sdc": _constraints(TOPS[top].clocks),
-        f"{name}.xdc": _constraints(TOPS[top].clocks),
-        f"{name}.lpf": "".join(f'FREQUENCY PORT "{clock}" {1000 / PERIOD_NS:g} MHZ;\n' for clock in TOPS[top].clocks),
+        f"{name}.sdc": sdc(clocks, period=period, crossings=crossed),
+        f"{name}.xdc": xdc(clocks, period=period, crossings=crossed),
+        f"{name}.lpf": lpf(clocks, period=period),
         f"{name}.vhd": vhdl_component(name, about, facts["ports"]),
     }
     if TOPS[top].is_engine:
@@ -99,16 +106,8 @@ def core_files(top: str, *, config: Config, preset: str, ram_styles: bool = Fals
         files |= software_files(name, config=config, counters=COUNTERS, sha256=facts["sha256"], buses=TOPS[top].buses)
     has_job = "job/job.bin" in files
     files[f"{name}.core"] = _fusesoc(name, about, has_job=has_job)
-    files["README.md"] = readme(top, name, facts, mhz=1000 / PERIOD_NS, has_job=has_job)
+    files["README.md"] = readme(top, name, facts, mhz=1000 / period, has_job=has_job)
     return files
-
-
-def _constraints(clocks):
-    """In SDC: periods, and no timing between unrelated clocks, which Gray counters cross."""
-    lines = [f"create_clock -name {clock} -period {PERIOD_NS} [get_ports {clock}]\n" for clock in clocks]
-    if len(clocks) > 1:
-        lines.append(" ".join(["set_clock_groups -asynchronous", *(f"-group {{{clock}}}" for clock in clocks)]) + "\n")
-    return "".join(lines)
 
 
 def _fusesoc(name, about, *, has_job):

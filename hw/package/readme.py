@@ -47,8 +47,9 @@ Everything happens at the rising edges of three clocks without a relation: the e
 `s_axil_aresetn` are active low. Each of them resets all three sides: at once, and until all clocks have had four edges
 after the last of them has ended, and each its own two more. A clock that stands still holds all sides. Offers are
 withdrawn at once: reset main memory and the host together with the engine, or reset only while no access is in
-flight. Gray counters and flip-flops cross between the clocks: there is no timing to meet (`set_clock_groups`). To
-bound the skew of a counter's bits (`set_max_delay -datapath_only`), remove the clock groups first."""
+flight. Gray counters and synchronisers cross between the clocks. Synchronisers have the attribute `ASYNC_REG`. The
+constraints bound the skew of each counter to a period (`set_bus_skew`, `set_max_skew`), and for Vivado also the delay
+between clocks: if clocks differ, give the bounds the shortest of their periods. nextpnr times none of this."""
 _ENGINE = """
 * `s_axil_*` is an AXI4-Lite subordinate of 32 bits: [the registers](registers.md).
 * `m_axi_*` is an AXI4 manager of {data} bits and {address} address bits. It reads and writes inside the windows that

@@ -36,6 +36,9 @@ class Top:
         The components that are black boxes in it, from a configuration.
     text
         Its Verilog, from a configuration and the module's name.
+    period
+        Nanoseconds of a cycle that place and route has reached in some configuration: of units and the cluster by
+        `docs/figures/history.csv`, of an engine as a part of the board's SoC.
     is_engine
         It has registers, and software drives it.
     buses
@@ -44,6 +47,7 @@ class Top:
 
     about: str
     page: str
+    period: float
     make: Callable[[Config], wiring.Component]
     parts: tuple[Callable[[Config], wiring.Component], ...] = ()
     text: Callable[[Config, str], str] | None = None
@@ -80,19 +84,19 @@ def _router(config):
 
 TOPS = {
     "engine": Top(about="Ray-casting accelerator: AXI4-Lite registers, an AXI4 manager, clusters and their network",
-                  page="engine.md", make=lambda config: Engine(config=config, black_boxes=True), parts=(_cluster,),
-                  text=engine_verilog, is_engine=True),
+                  page="engine.md", period=25, make=lambda config: Engine(config=config, black_boxes=True),
+                  parts=(_cluster,), text=engine_verilog, is_engine=True),
     "async_engine": Top(about="Ray-casting accelerator whose registers and memory port have clocks of their own",
-                        page="engine.md", make=lambda config: AsyncEngine(config=config, black_boxes=True),
+                        page="engine.md", period=25, make=lambda config: AsyncEngine(config=config, black_boxes=True),
                         parts=(_cluster,), text=partial(engine_verilog, engine=AsyncEngine), is_engine=True,
                         buses=("m_axi", "s_axil")),
     "cluster": Top(about="One cluster of the engine: cell traversal, memory system and intersection", page="engine.md",
-                   make=_cluster),
+                   period=13, make=_cluster),
     "icu": Top(about="Intersection computation unit: patches against the rays of their windows",
-               page="intersection-unit.md", make=lambda config: IntersectionUnit(config=config)),
+               page="intersection-unit.md", period=10, make=lambda config: IntersectionUnit(config=config)),
     "ctu": Top(about="Cell traversal unit: the cells of the rays of subshells", page="traversal-unit.md",
-               make=lambda config: TraversalUnit(config=config,
+               period=11, make=lambda config: TraversalUnit(config=config,
                                                  pipelines=config.ctu.traversal_pipelines(config.noc.nodes))),
     "router": Top(about="Wormhole router of the patch network, of the node with most links", page="network.md",
-                  make=_router),
+                  period=9, make=_router),
 }

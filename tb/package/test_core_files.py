@@ -19,6 +19,7 @@ from click.testing import CliRunner
 from golden.config import PRESETS
 from hw.cli import main
 from hw.cluster import COUNTERS
+from hw.history import read_history
 from hw.host import Host
 from hw.lib.black_box import flatten
 from hw.package.core_files import CROSSING_WAIVERS, WAIVERS, core_files
@@ -61,13 +62,26 @@ def test_the_page_has_the_command_that_writes_the_core_again(tmp_path, monkeypat
     assert f"\nWritten by `radiosity verilog {' '.join(command)}` of" in (tmp_path / "README.md").read_text()
 
 
-def test_all_constraints_are_a_clock_of_100_mhz(router):
-    """A period of 10 ns for Vivado and Quartus, 100 MHz for nextpnr and in the text."""
-    files = {name: content.decode() for name, content in router[1].items()}
+@pytest.mark.parametrize("given", [None, 12.5])
+def test_all_constraints_are_the_same_clock(given, monkeypatch):
+    """The period for Vivado and Quartus, the frequency for nextpnr and in the text."""
+    monkeypatch.setitem(TOPS, "router", dataclasses.replace(TOPS["router"], text=lambda *_: ""))
+    files, period = core_files("router", config=PRESETS["tiny"], preset="tiny", period=given), given or 9
     for kind in "sdc", "xdc":
-        assert re.findall(r"-period (\S+)", files[f"radiosity_router.{kind}"]) == ["10"]
-    assert files["radiosity_router.lpf"] == 'FREQUENCY PORT "clk" 100 MHZ;\n'
-    assert re.findall(r"the clock, (\S+) MHz", files["README.md"]) == ["100"]
+        assert re.findall(r"-period (\S+)", files[f"radiosity_router.{kind}"]) == [f"{period:g}"]
+    assert files["radiosity_router.lpf"] == f'FREQUENCY PORT "clk" {1000 / period:g} MHZ;\n'
+    assert re.findall(r"the clock, (\S+) MHz", files["README.md"]) == [f"{1000 / period:g}"]
+
+
+def test_default_periods_have_been_reached():
+    """By the last recorded route of the unit, and an engine's by the board's page."""
+    routed = {record.unit: max(record.mhz) for record in read_history() if record.mhz}
+    (soc,) = re.findall(r"The whole SoC routes, at \*\*([\d.]+) MHz\*\*", (ROOT / "docs" / "board.md").read_text())
+    reached = {"engine": float(soc), "async_engine": float(soc), "cluster": routed["Cluster"],
+               "icu": routed["IntersectionUnit"], "ctu": routed["TraversalUnit"], "router": routed["Router-32-1"]}
+    assert reached.keys() == TOPS.keys()
+    for top, mhz in reached.items():
+        assert 0.9 * mhz < 1000 / TOPS[top].period <= mhz, top
 
 
 @pytest.fixture
@@ -274,10 +288,11 @@ def test_each_bus_with_a_clock_of_its_own_has_it_in_all_files(monkeypatch, witho
     for port in *clocks, "m_axi_aresetn", "s_axil_aresetn":
         assert ports[port] == "input"
     for suffix in "sdc", "xdc":
-        assert files[f"radiosity_async_engine.{suffix}"].splitlines() == [
-            *(f"create_clock -name {clock} -period 10 [get_ports {clock}]" for clock in clocks),
-            "set_clock_groups -asynchronous -group {clk} -group {m_axi_aclk} -group {s_axil_aclk}"]
-    assert files["radiosity_async_engine.lpf"].splitlines() == [f'FREQUENCY PORT "{clock}" 100 MHZ;'
+        assert re.findall(r"create_clock .*", files[f"radiosity_async_engine.{suffix}"]) == [
+            f"create_clock -name {clock} -period 25 [get_ports {clock}]" for clock in clocks]
+    assert files["radiosity_async_engine.sdc"].splitlines()[-1] == (
+        "set_clock_groups -asynchronous -group {clk} -group {m_axi_aclk} -group {s_axil_aclk}")
+    assert files["radiosity_async_engine.lpf"].splitlines() == [f'FREQUENCY PORT "{clock}" 40 MHZ;'
                                                                for clock in clocks]
     assert all(f"lint_off -rule {rule} " in files["radiosity_async_engine.vlt"] for rule in CROSSING_WAIVERS)
     example = files["example/main.cpp"]

@@ -16,6 +16,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.jobs.job import plan_job
 from hw.host import POLL, EngineError, EngineTimeoutError, Host
+from hw.registers.engine_registers import register
 from hw.registers.error_code import ErrorCode
 from hw.simulator.machine_verilog import engine_verilog
 from tb.axi.axi_protocol import AxiProtocol
@@ -201,7 +202,8 @@ class Injection:
             await host.command("stop")
         elif self.kind == "registers rewritten":
             for name in ("read_base", "read_limit", "write_base", "write_limit", "ring", "completions", "image"):
-                await host.write(name, self._draw.getrandbits(64))
+                ones = register(name).ones(bench.config.memory.address_bits)
+                await host.write(name, self._draw.getrandbits(64) & ones)
         else:
             bench.model.faulty = True
             await reset(bench.dut)
