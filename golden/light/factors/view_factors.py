@@ -1,7 +1,6 @@
 """View factors between the patches of a scene, with what describes them."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,8 @@ CLOSED = 1e-9
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ViewFactors:
     """View factors between N patches: F[i, j] is the share of the radiation that leaves i and arrives at j.
+
+    Arrays may be changed in place: all that follows from them, such as `closure`, is computed at each use.
 
     Parameters
     ----------
@@ -112,12 +113,12 @@ class ViewFactors:
     def __len__(self) -> int:
         return len(self.area)
 
-    @cached_property
+    @property
     def closure(self) -> float:
         """Largest absolute difference of a row sum plus sky and back from 1."""
         return float(np.abs(self.F.sum(axis=1) + self.sky + self.back - 1).max())
 
-    @cached_property
+    @property
     def reciprocity(self) -> float:
         """Sum of |A_i F_ij - A_j F_ji| over the sum of A_i F_ij; 0 if F has no entries."""
         F = self.F
@@ -126,24 +127,24 @@ class ViewFactors:
         total = exchange.data.sum()
         return float(np.abs((exchange - exchange.T).data).sum() / total) if total else 0.0
 
-    @cached_property
+    @property
     def largest_error(self) -> float | None:
         """Estimated absolute error of the least certain factor: twice its standard error; None if it is unknown."""
         return None if self.error is None else 2 * float(self.error.data.max(initial=self.hidden_error))
 
-    @cached_property
+    @property
     def largest_sky_error(self) -> float | None:
         """Estimated absolute error of the least certain sky view factor; None if it is unknown."""
         return None if self.sky_error is None else 2 * float(self.sky_error.max())
 
-    @cached_property
+    @property
     def infeasible(self) -> np.ndarray:
         """The rows that the projection could not close within the errors; none without one."""
         if self.unprojected is None:
             return np.zeros(0, dtype=np.int64)
         return np.flatnonzero(np.abs(self.F.sum(axis=1) + self.sky + self.back - 1) > CLOSED)
 
-    @cached_property
+    @property
     def missed(self) -> np.ndarray:
         """The rows with an entry whose estimated error is above the requested one; none if none was requested."""
         if self.error is None or "error" not in self.settings:
@@ -151,7 +152,7 @@ class ViewFactors:
         wrong = 2 * self.error.data > _MISSED * self.settings["error"]
         return np.unique(np.repeat(np.arange(len(self)), np.diff(self.error.indptr))[wrong])
 
-    @cached_property
+    @property
     def sky_missed(self) -> np.ndarray:
         """The rows whose estimated error of the sky, or of a patch of it, is above the requested one.
 
@@ -164,12 +165,12 @@ class ViewFactors:
             worst = np.maximum(worst, self.sky_patches_error.max(axis=1).toarray().ravel())
         return np.flatnonzero(2 * worst > _MISSED * self.settings["sky_error"])
 
-    @cached_property
+    @property
     def largest_change(self) -> float | None:
         """Largest change of an entry by the projection; None without one."""
         return None if self.unprojected is None else float(np.abs(self.F.data - self.unprojected.data).max(initial=0))
 
-    @cached_property
+    @property
     def sky_change(self) -> float | None:
         """Largest change of a sky view factor by the projection; None without one."""
         return None if self.unprojected_sky is None else float(np.abs(self.sky - self.unprojected_sky).max())

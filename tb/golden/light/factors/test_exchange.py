@@ -162,8 +162,9 @@ def test_a_plate_under_the_sky():
     assert found.temperature[0] == pytest.approx(250)
 
 
-def test_script_f_of_three_sides():
-    emissivity = np.array([0.8, 0.4, 0.6])
+@pytest.mark.parametrize("emissivity", [(0.8, 0.4, 0.6), (1e-3, 1e-4, 2e-3)])
+def test_script_f_of_three_sides(emissivity):
+    emissivity = np.array(emissivity)
     shares = script_f(DUCT, emissivity=emissivity, group=np.arange(3))
     # By elimination: e F (1 - (1 - e) F)^-1 e.
     matrix = np.diag(emissivity) @ DUCT_FACTORS @ np.linalg.inv(

@@ -41,3 +41,17 @@ def test_figures_without_entries():
 def test_parts_that_do_not_belong_together_are_refused(changed, message):
     with pytest.raises(InputError, match=message):
         three_sides(**changed)
+
+
+def test_what_follows_from_the_arrays_follows_their_changes():
+    factors = three_sides()
+    before = factors.closure, factors.reciprocity, factors.largest_error, factors.sky_change
+    factors.F.data *= 0.5
+    factors.error.data *= 3
+    factors.sky[0] += 0.01
+    row_sums = factors.F.toarray().sum(axis=1) + factors.sky + factors.back
+    assert factors.closure == pytest.approx(np.abs(row_sums - 1).max())
+    assert factors.largest_error == pytest.approx(3 * before[2])
+    assert factors.sky_change == pytest.approx(np.abs(factors.sky - factors.unprojected_sky).max())
+    assert factors.closure > before[0]
+    assert factors.reciprocity == pytest.approx(before[1])
