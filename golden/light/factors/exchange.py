@@ -23,6 +23,10 @@ _EXACT = 1e-13
 # Share of a residual that one search leaves, the steps after which it starts anew, how often, and the searches.
 _SEARCHED, _RESTART, _STEPS, _SEARCHES = 1e-7, 100, 3, 3
 
+# Least share of the radiosities of a part of the scene that is absorbed or leaves at a reflection: rounding, 2^-52 of the
+# radiosities, is then a small share of what decides them.
+_LEAST_LOST = 1e-9
+
 # Share of the largest radiation that meets in a patch's emission, by which that may be below zero and still be zero.
 _NO_EMISSION = 1e-9
 
@@ -71,9 +75,11 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
     ------
     PatchError
         A value of a patch is out of range; it has both or neither of temperature and flux; nothing sets its
-        temperature, as all that it sees on any path has fluxes and none sees the sky; or it takes in more than arrives.
+        temperature, as all that it sees on any path has fluxes and none sees the sky; so little of the radiation around
+        it is absorbed or leaves, below a share of 1e-9, that float64 does not resolve it; or it takes in more than
+        arrives.
     InputError
-        A value for all patches is out of range, or float64 does not resolve the radiosities.
+        A value for all patches is out of range.
     """
     count = len(factors)
     temperature, emissivity = _values("Temperature", temperature, count), _emissivities(emissivity, count)
@@ -95,6 +101,7 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
     _check_patches(given | (np.bincount(part, anchors, parts) > 0)[part], "nothing sets its temperature: all that it "
                    "sees has a flux, and none sees the sky")
     reflected = np.where(given, 1 - emissivity, 1.0)
+    _check_resolved(factors, np.where(given, emissivity, 0.0))
     own = np.where(given, emissivity * STEFAN_BOLTZMANN * np.nan_to_num(temperature)**4, np.nan_to_num(flux))
     outside = (factors.sky + factors.back) * STEFAN_BOLTZMANN * sky_temperature**4
     radiosity = _radiosity(factors.F, reflected, own + reflected * outside)
@@ -129,10 +136,11 @@ def script_f(factors: ViewFactors, *, emissivity, group) -> np.ndarray:
     Raises
     ------
     PatchError
-        An emissivity is out of range.
+        An emissivity is out of range, or float64 does not resolve the radiation around the patch (see `net_exchange`).
     """
     count = len(factors)
     emissivity, group = _emissivities(emissivity, count), np.asarray(group)
+    _check_resolved(factors, emissivity)
     exchange = np.zeros((group.max() + 1,) * 2)
     for column in range(len(exchange)):
         # What each patch absorbs of the radiation that one group emits.
@@ -151,8 +159,7 @@ def _radiosity(matrix: sparse.csr_array, reflected: np.ndarray, own: np.ndarray)
         if np.abs(residual).max() <= _EXACT * (np.abs(radiosity).max() + np.abs(own).max()):
             return radiosity
         radiosity += search(matrix, reflected, residual)
-    raise InputError("exchange: float64 does not resolve the radiosities: emissivities, or shares of the sky, "
-                     "are too low")
+    raise InputError("exchange: float64 does not resolve the radiosities")
 
 
 def _searched(matrix, reflected, own):
@@ -163,8 +170,23 @@ def _searched(matrix, reflected, own):
 
 def _eliminated(matrix, reflected, own):
     """The same by elimination, where light is reflected so often that a search does not end."""
-    system = sparse.eye_array(len(own)) - sparse.diags_array(reflected) @ matrix
-    return splu(sparse.csc_array(system)).solve(own)
+    parts, part = connected_components(matrix, directed=False)
+    # Where no light is, mirrors all around would make the system singular.
+    rows = np.flatnonzero((np.bincount(part, own != 0, parts) > 0)[part])
+    system = sparse.eye_array(len(rows)) - sparse.diags_array(reflected[rows]) @ matrix[rows][:, rows]
+    found = np.zeros(len(own))
+    found[rows] = splu(sparse.csc_array(system)).solve(own[rows])
+    return found
+
+
+def _check_resolved(factors, absorbed):
+    """Enough of the radiation in each part of the scene is absorbed, of which the shares are given, or leaves."""
+    parts, part = connected_components(factors.F, directed=False)
+    leaves = factors.sky + factors.back
+    absorbed = absorbed + np.where(leaves > CLOSED, leaves, 0.0)
+    lost, area = (np.bincount(part, factors.area * weight, parts)[part] for weight in (absorbed, 1.0))
+    _check_patches((lost == 0) | (lost >= _LEAST_LOST * area), f"less than {_LEAST_LOST:g} of the radiation around it "
+                   "is absorbed or leaves, which float64 does not resolve: emissivities are too low")
 
 
 def _values(name, given, count):

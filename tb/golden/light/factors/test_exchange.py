@@ -117,6 +117,27 @@ def test_a_body_that_heats_adiabatic_walls_gives_them_its_temperature(emissivity
         np.testing.assert_allclose(found.temperature, 1500, rtol=1e-8)
 
 
+@pytest.mark.parametrize("emissivity", [1e-10, 1e-16, 1e-300])
+def test_walls_that_reflect_all_but_nothing_are_refused(emissivity):
+    """Their radiation is that of rounding: at 1e-13 a wall of 1500 K would be 18 K off."""
+    for temperature in (900.0, np.nan):
+        with pytest.raises(InputError, match="patch 0: less than 1e-09 of the radiation around it is absorbed"):
+            net_exchange(BODY, temperature=(300.0, temperature), emissivity=(emissivity, emissivity),
+                         flux=(np.nan, np.nan if temperature > 0 else 0.0))
+    with pytest.raises(InputError, match="patch 0: less than 1e-09"):
+        script_f(BODY, emissivity=(emissivity, emissivity), group=(0, 1))
+
+
+def test_mirrors_all_around_are_dark_beside_rooms_in_a_row():
+    row = np.diag(np.full(301, 0.5), 1) + np.diag(np.full(301, 0.5), -1)
+    row[0, 0] = row[-3, -3] = row[-1, -1] = row[-2, -2] = 0.5
+    row[-3, -2] = row[-2, -3] = 0  # the last two see each other and themselves
+    found = net_exchange(enclosure(row, np.ones(302)), temperature=[1500.0] + [np.nan] * 299 + [300.0] * 2,
+                         emissivity=[0.1] * 300 + [0.0] * 2, flux=[np.nan] + [0.0] * 299 + [np.nan] * 2)
+    np.testing.assert_allclose(found.temperature[:300], 1500, rtol=1e-8)
+    np.testing.assert_array_equal(found.radiosity[-2:], 0)
+
+
 @pytest.mark.parametrize("emissivity", [0.5, 1e-3, 1e-6])
 def test_polished_walls_of_a_sphere(emissivity):
     """All parts of a sphere receive the same, in balance the mean of what black ones would emit."""
