@@ -23,8 +23,8 @@ _EXACT = 1e-13
 # Share of a residual that one search leaves, the steps after which it starts anew, how often, and the searches.
 _SEARCHED, _RESTART, _STEPS, _SEARCHES = 1e-7, 100, 3, 3
 
-# Least share of the radiosities of a part of the scene that is absorbed or leaves at a reflection: rounding, 2^-52 of the
-# radiosities, is then a small share of what decides them.
+# Least share of the radiosities of a part of the scene that is absorbed or leaves at a reflection: rounding, 2^-52 of
+# the radiosities, is then a small share of what decides them.
 _LEAST_LOST = 1e-9
 
 # Share of the largest radiation that meets in a patch's emission, by which that may be below zero and still be zero.
