@@ -1,8 +1,10 @@
 import os
+from pathlib import Path
 
 import pytest
 
 from golden.processors import processors
+from golden.source_digest import PACKAGES
 
 
 @pytest.fixture(autouse=True)
@@ -47,6 +49,11 @@ def test_quotas_of_the_first_version_of_control_groups(tmp_path, controllers, qu
     write(tmp_path, {"proc/self/cgroup": f"5:memory:/other\n4:{controllers}:/jobs\n",
                      f"{folder}/cpu.cfs_quota_us": quota, f"{folder}/cpu.cfs_period_us": "100000"})
     assert processors(tmp_path) == expected
+
+
+def test_nothing_else_counts_processors():
+    sources = [path for package in PACKAGES for path in (Path(__file__).parents[2] / package).rglob("*.py")]
+    assert [path.name for path in sources if "cpu_count" in path.read_text()] == ["processors.py"]
 
 
 def test_this_process_has_one_at_least():
