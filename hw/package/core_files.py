@@ -10,6 +10,7 @@ from hw.output import write_text
 from hw.package.constraints import lpf, sdc, xdc
 from hw.package.crossings import crossings, with_synchronisers
 from hw.package.manifest import core_version, manifest
+from hw.package.notice import LICENSE, with_notice
 from hw.package.pages import core_pages
 from hw.package.readme import readme
 from hw.package.software.software_files import software_files
@@ -85,7 +86,7 @@ def core_files(top: str, *, config: Config, preset: str, period: float | None = 
         text = with_synchronisers(text)
     crossed = crossings(text, name) if TOPS[top].buses else []
     head = f"// {about}.\n// Radiosity Engine {core_version()}, preset {preset}. Parameters and ports: {name}.json\n\n"
-    text, plain = head + text, head + plain_verilog(text)
+    text, plain = with_notice(f"{name}.sv", head + text), head + plain_verilog(text)
     facts = manifest(top, name, config=config, preset=preset, text=text)
     files = {
         f"{name}.sv": text,
@@ -107,7 +108,9 @@ def core_files(top: str, *, config: Config, preset: str, period: float | None = 
     has_job = "job/job.bin" in files
     files[f"{name}.core"] = _fusesoc(name, about, has_job=has_job)
     files["README.md"] = readme(top, name, facts, mhz=1000 / period, has_job=has_job)
-    return files
+    files["LICENSE"] = LICENSE
+    return {path: content if isinstance(content, bytes) or content is text else with_notice(path, content)
+            for path, content in files.items()}
 
 
 def _fusesoc(name, about, *, has_job):

@@ -15,6 +15,7 @@ from hw.cluster import COUNTERS
 from hw.lib.black_box import flatten
 from hw.lib.inspection import inspect
 from hw.memsys.cache_policy import CachePolicy
+from hw.package.notice import COPYRIGHT, LICENCE
 from hw.package.port_names import port_name
 from hw.package.tops import TOPS
 from hw.package.unit_latencies import unit_latencies
@@ -45,7 +46,8 @@ def manifest(top: str, name: str, *, config: Config, preset: str, text: str) -> 
     ports = [{"name": "clk", "direction": "input", "width": 1}, {"name": "rst", "direction": "input", "width": 1}]
     ports += inspect(lambda: TOPS[top].make(config), _ports)
     facts = {
-        "name": name, "about": TOPS[top].about, "version": core_version(), "preset": preset,
+        "name": name, "about": TOPS[top].about, "version": core_version(), "licence": LICENCE, "copyright": COPYRIGHT,
+        "preset": preset,
         "parameters": config.parameters(), "clock": {"port": "clk", "edge": "rising"},
         "reset": {"port": "rst", "active": "high", "synchronous": True}, "ports": ports,
         "latencies": unit_latencies(*(make(config) for make in (TOPS[top].make, *TOPS[top].parts))),

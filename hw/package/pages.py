@@ -1,6 +1,7 @@
 """Pages beside an exported engine: registers, and formats in main memory."""
 
 import re
+import textwrap
 from collections.abc import Mapping
 
 from golden.jobs.job_tables import job_tables
@@ -40,7 +41,16 @@ def core_pages(counters: Mapping[str, str]) -> dict[str, str]:
     """
     pages = {"registers.md": page(counters),
              "formats.md": _FORMATS.format(jobs=job_tables(), hit=record_table(FULL_HIT), images=layout_tables())}
-    return {name: _with_links(text) for name, text in pages.items()}
+    return {name: _with_links("\n\n".join(map(_for_export, text.split("\n\n")))) for name, text in pages.items()}
+
+
+def _for_export(paragraph):
+    """A paragraph without sentences about the project's sources and about pages that are not exported."""
+    sentences = re.split(r"(?<=\.)\s+", paragraph)
+    kept = [one for one in sentences if not re.search(r"\]\((?:engine|verilog)\.md|`(?:hw/|python -m hw )", one)]
+    if paragraph.startswith("|") or len(kept) == len(sentences):
+        return paragraph
+    return textwrap.fill(" ".join(kept), width=120)
 
 
 def _with_links(text):

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from golden.config import PRESETS
+from hw.package.notice import LICENCE
 from hw.package.tops import TOPS
 
 __all__ = ["readme"]
@@ -23,6 +24,7 @@ Written by `radiosity verilog --top {top} {settings}` of Radiosity Engine {versi
 | `{name}.sdc`, `.xdc`, `.lpf` | the clock, {mhz:g} MHz, for Quartus and others, Vivado, and nextpnr |
 | `{name}.core` | for FuseSoC; its target `lint` runs Verilator{simulation} |
 | `{name}.vhd` | a VHDL package with the component `{name}`, by which a VHDL design instantiates it |
+| `LICENSE` | {licence}: copies retain its text and the notices in the files |
 | `{name}.vlt` | waivers for the warnings of Verilator's `-Wall`, with reasons |{files}
 
 {clocking}
@@ -115,7 +117,7 @@ board at `DEVICE=/dev/ttyUSB0`, and compares the results.
 """
 _STREAMS = """
 Ports named `*_valid`, `*_ready` and `*_payload` are streams: a transfer occurs at an edge at which both are high; a
-stream without `*_ready` is always ready. The fields of a payload are in the manifest; `docs/{page}` defines them.
+stream without `*_ready` is always ready. The fields of a payload are in the manifest.
 """
 
 
@@ -135,10 +137,11 @@ def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_
     usual = PRESETS[facts["preset"]].parameters()
     changes = (f"-P {path}={value}" for path, value in config.items() if value != usual[path])
     meaning = _ENGINE.format(data=config["memory.data_bits"], address=config["memory.address_bits"]) if is_engine \
-        else _STREAMS.format(page=TOPS[top].page)
+        else _STREAMS
     more = ", registers, error codes, counters" if is_engine else ", counters" if "counters" in facts else ""
     return _README.format(
-        top=top, name=name, about=facts["about"], version=facts["version"], more=more,
+        top=top, name=name, licence=LICENCE, about=facts["about"], version=facts["version"],
+        more=more,
         settings=" ".join([f"--preset {facts['preset']}", *changes]),
         simulation=", `sim` casts the sample job" * has_job,
         files=(_ENGINE_FILES.format(name=name) + _JOB_FILES * has_job) if is_engine else "", mhz=mhz,

@@ -28,8 +28,6 @@ class Top:
     ----------
     about
         What it is, in a line.
-    page
-        Of the documentation.
     make
         The component, from a configuration.
     parts
@@ -46,7 +44,6 @@ class Top:
     """
 
     about: str
-    page: str
     period: float
     make: Callable[[Config], wiring.Component]
     parts: tuple[Callable[[Config], wiring.Component], ...] = ()
@@ -84,19 +81,19 @@ def _router(config):
 
 TOPS = {
     "engine": Top(about="Ray-casting accelerator: AXI4-Lite registers, an AXI4 manager, clusters and their network",
-                  page="engine.md", period=25, make=lambda config: Engine(config=config, black_boxes=True),
+                  period=25, make=lambda config: Engine(config=config, black_boxes=True),
                   parts=(_cluster,), text=engine_verilog, is_engine=True),
     "async_engine": Top(about="Ray-casting accelerator whose registers and memory port have clocks of their own",
-                        page="engine.md", period=25, make=lambda config: AsyncEngine(config=config, black_boxes=True),
+                        period=25, make=lambda config: AsyncEngine(config=config, black_boxes=True),
                         parts=(_cluster,), text=partial(engine_verilog, engine=AsyncEngine), is_engine=True,
                         buses=("m_axi", "s_axil")),
-    "cluster": Top(about="One cluster of the engine: cell traversal, memory system and intersection", page="engine.md",
-                   period=13, make=_cluster),
+    "cluster": Top(about="One cluster of the engine: cell traversal, memory system and intersection", period=13,
+                   make=_cluster),
     "icu": Top(about="Intersection computation unit: patches against the rays of their windows",
-               page="intersection-unit.md", period=10, make=lambda config: IntersectionUnit(config=config)),
-    "ctu": Top(about="Cell traversal unit: the cells of the rays of subshells", page="traversal-unit.md",
-               period=11, make=lambda config: TraversalUnit(config=config,
+               period=10, make=lambda config: IntersectionUnit(config=config)),
+    "ctu": Top(about="Cell traversal unit: the cells of the rays of subshells", period=11,
+               make=lambda config: TraversalUnit(config=config,
                                                  pipelines=config.ctu.traversal_pipelines(config.noc.nodes))),
-    "router": Top(about="Wormhole router of the patch network, of the node with most links", page="network.md",
+    "router": Top(about="Wormhole router of the patch network, of the node with most links",
                   period=9, make=_router),
 }

@@ -15,8 +15,8 @@ An AXI4-Lite port of 32 bits. This page is written by `python -m hw registers -o
 that the hardware is made from (`hw/registers/engine_registers.py`); `hw/host.py` is a driver, and
 exported engines have one in C.
 
-An exported engine has the same table in SystemRDL, `radiosity_engine.rdl` ([Verilog](verilog.md)). Tools such as
-[PeakRDL](https://peakrdl.readthedocs.io) write pages, C headers and IP-XACT from it.
+`radiosity_engine.rdl` of an exported engine has the same table in SystemRDL 2.0. Tools such as
+[PeakRDL](https://peakrdl.readthedocs.io) write pages, C headers, IP-XACT and register blocks from it.
 
 Registers of 64 bits are at multiples of 8 and take two words. Write the low word first, then the high one: each takes
 effect by itself, and the machine takes both over when it is idle. Answered with SLVERR, and without any effect, are an
