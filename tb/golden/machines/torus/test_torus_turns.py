@@ -27,3 +27,16 @@ def test_a_packet_is_sent_when_it_has_21_values():
     assert (packets == -(-values // 21)).all()
     # Packets of 20 or 22 values would be other numbers.
     assert all((packets != -(-values // other)).any() for other in (20, 22))
+
+
+def test_shadow_rays_wait_apart_from_other_rays(monkeypatch):
+    """Those that arrive, too: nodes trace them first."""
+    push, seen = ts.push_first, set()
+
+    def note(state, node, queue, item):
+        seen.add((queue, int(state.items[item, ts.KIND])))
+        push(state, node, queue, item)
+
+    monkeypatch.setattr(ts, "push_first", note)
+    assert run_small(nodes=4).state.tallies[:, ts.PASSED].sum() > 0
+    assert seen == {(ts.RAYS, ts.RAY), (ts.SHADOWS, ts.SHADOW)}
