@@ -1,13 +1,27 @@
-"""Clusters that cast together, in SimPy, as a reference of `golden.machines.joint_cast`."""
+"""Clusters that cast together, in SimPy, as a reference of `golden.machines.joint_cast`.
+
+Their networks are those of `golden.machines.packet_network`, which are compared with `golden.noc.network`.
+"""
 
 from collections import deque
 
 import numpy as np
 import simpy
 
+from golden.machines.packet_network import (
+    DESTINATION,
+    LENGTH,
+    MADE,
+    MESSAGE,
+    SOURCE,
+    TAKEN_NOW,
+    UNARRIVED,
+    network_cycle,
+    packet_network,
+    send,
+)
 from golden.memsys.cache import Cache
 from tb.golden.machines.simpy_cluster import SimpyCluster
-from tb.golden.machines.simpy_network import Packet, SimpyNetwork, cycles
 
 __all__ = ["SimpyBus", "simpy_joint"]
 
@@ -58,17 +72,46 @@ class SimpyBus:
         return cluster, answers[-1]
 
 
+class _Network:
+    """A network, and what each packet in it is about."""
+
+    def __init__(self, routing, packets, network):
+        self._network = packet_network(routing, packets=packets, **network)
+        self._unused, self._about = list(range(packets)), {}
+
+    @property
+    def is_active(self):
+        """Whether a packet has not arrived."""
+        return self._network.counts[UNARRIVED] > 0
+
+    def send(self, source, destination, length, made, patch):
+        """A packet that may enter from a cycle on."""
+        packet = self._unused.pop()
+        self._about[packet] = source, destination, patch
+        self._network.packets[packet, [SOURCE, DESTINATION, LENGTH, MESSAGE, MADE]] = (
+            source, destination, length, 0, made)
+        send(self._network, packet)
+
+    def cycle(self, cycle):
+        """Source, destination and patch of the packets that have left in a cycle."""
+        if not self.is_active:
+            return []
+        network_cycle(self._network, cycle)
+        taken = self._network.taken[:self._network.counts[TAKEN_NOW]].tolist()
+        self._unused += taken
+        return [self._about.pop(packet) for packet in taken]
+
+
 class _Joint:
-    """Clusters with a clock of cycles, and networks with one of instants that is a cycle behind."""
+    """Clusters, networks and a bus with one clock."""
 
     def __init__(self, traces, home, timing, joint, routing, slots, run_ahead, bus, store, stores, network):
         # Of patch stores: their patches that are kept when they come, and when the last one left a frame.
         self._store, self._keeps, self._left = store, set(), [0] * len(traces)
         self._bus, self._fetched = bus, [deque() for _ in traces]
-        self._joint, self._timing, self._env, self._wires = joint, timing, simpy.Environment(), simpy.Environment()
-        self._requests, self._replies = (SimpyNetwork(self._wires, routing, deliver=deliver, messages=1, **network)
-                                         for deliver in (self._serve, self._return))
-        self._patches, self._served, self._unarrived = {}, [0] * len(traces), 0
+        self._joint, self._timing, self._env = joint, timing, simpy.Environment()
+        self._requests, self._replies = (_Network(routing, len(traces) * joint.outstanding, network) for _ in range(2))
+        self._served = [0] * len(traces)
         self.clusters = []
         for number, trace in enumerate(traces):
             held = home[trace.patch]
@@ -90,11 +133,17 @@ class _Joint:
     def run(self):
         """Cycle by cycle until nothing is left to happen."""
         cycle = 0
-        while self._env.peek() != simpy.core.Infinity or self._unarrived or (self._bus and self._bus.is_active):
+        parts = [self._requests, self._replies, *([self._bus] if self._bus else [])]
+        while self._env.peek() != simpy.core.Infinity or any(part.is_active for part in parts):
             while self._env.peek() <= cycle:
                 self._env.step()
-            while self._wires.peek() < cycles(cycle + 1):
-                self._wires.step()
+            for source, owner, patch in self._requests.cycle(cycle):
+                # Its owner serves it after those before it.
+                begin = max(cycle + self._joint.serve, self._served[owner])
+                self._served[owner] = begin + self._joint.port
+                self._replies.send(owner, source, self._joint.reply_flits, begin, patch)
+            for _, number, patch in self._replies.cycle(cycle):
+                self._env.process(self._arrive(number, patch, cycle + self._joint.reply))
             granted = self._bus and self._bus.grant(cycle)
             if granted:
                 number, ready = granted
@@ -102,28 +151,11 @@ class _Joint:
             cycle += 1
 
     def _ask(self, number, owner, patch):
-        packet = Packet(source=number, destination=owner, length=self._joint.request_flits, message=0)
-        self._patches[packet] = patch
-        self._unarrived += 1
-        self._send(self._requests, packet, self._env.now + self._joint.request)
+        self._requests.send(number, owner, self._joint.request_flits, self._env.now + self._joint.request, patch)
 
     def _ask_bus(self, number, trace, patch):
         self._fetched[number].append(patch)
         self._bus.ask(number, int(trace.patch[patch]), self._env.now + self._bus.timing.request)
-
-    def _serve(self, request):
-        """A request has left the network: its owner serves it after those before it."""
-        owner = request.destination
-        begin = max(request.taken + self._joint.serve, self._served[owner])
-        self._served[owner] = begin + self._joint.port
-        reply = Packet(source=owner, destination=request.source, length=self._joint.reply_flits, message=0)
-        self._patches[reply] = self._patches.pop(request)
-        self._send(self._replies, reply, begin)
-
-    def _return(self, reply):
-        """A reply has left the network."""
-        self._unarrived -= 1
-        self._env.process(self._arrive(reply.destination, self._patches.pop(reply), reply.taken + self._joint.reply))
 
     def _arrive(self, number, patch, cycle):
         yield self._env.timeout(cycle - self._env.now)
@@ -146,10 +178,3 @@ class _Joint:
         self._env.schedule(leaves, priority=simpy.events.URGENT, delay=cycle - self._env.now)
         yield leaves
         self.clusters[number].arrive(patch)
-
-    def _send(self, network, packet, made):
-        """From the first instant of a cycle on; at the last one of the cycle before it is known."""
-        def wait():
-            yield self._wires.timeout(cycles(made) - 1 - self._wires.now)
-            network.send(packet)
-        self._wires.process(wait())
