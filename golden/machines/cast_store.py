@@ -83,10 +83,16 @@ def _write(path, cast):
 
 
 def _read(path):
-    """The cast of a file, None of one that lacks some of it."""
-    with np.load(path) as stored:
-        if not {field.name for field in fields(SectionTrace)} <= {*stored.files}:
-            return None
+    """The cast of a file; None of one that lacks some of it or cannot be read, which is written anew."""
+    try:
+        return _cast_of(path)
+    except Exception:  # numpy raises errors of any type for bad content
+        return None
+
+
+def _cast_of(path):
+    # Of a torn file numpy leaves open what it has opened itself.
+    with path.open("rb") as file, np.load(file) as stored:
         numbers = stored["numbers"].tolist()
         times = CastTimes(begins=stored["begins"], ends=stored["ends"], **dict(zip(_NUMBERS, numbers, strict=False)))
         trace = SectionTrace(**{field.name: stored[field.name] for field in fields(SectionTrace)})

@@ -67,7 +67,8 @@ class BlockStore:
         if not path.exists():
             return None
         try:
-            with np.load(path) as stored:
+            # Of a torn file numpy leaves open what it has opened itself.
+            with path.open("rb") as file, np.load(file) as stored:
                 return kind(**stored)
         except Exception as error:  # numpy raises errors of any type for bad content
             raise InputError(f"{path}: it is no block of view factors; delete it") from error

@@ -53,6 +53,27 @@ def test_casts_of_other_sources_are_explored_again(geometry, explored, monkeypat
     assert [cast(), cast()] == [2, 2]
 
 
+@pytest.mark.parametrize("spoil", [lambda data: b"", lambda data: data[:len(data) // 2], lambda data: b"rubbish"],
+                         ids=["empty", "torn", "of another kind"])
+def test_a_cast_that_cannot_be_read_is_explored_again(geometry, tmp_path, spoil):
+    shelling = Shelling(geometry, CONFIG, cell=0.5, by_code=True)
+    frustum = hemisphere_record(Hemisphere(16, 4), geometry.coordinates, geometry.coordinates.bounds.mean(axis=0),
+                                (0, 0, 1))
+
+    def cast():
+        return CastStore(shelling, CONFIG, cluster_timing(CONFIG), folder=tmp_path).cast(frustum, Sector.whole(frustum))
+
+    first = cast()
+    path, = tmp_path.iterdir()
+    written = path.read_bytes()
+    path.write_bytes(spoil(written))
+    again = cast()
+    assert path.read_bytes() == written
+    for one in (again, cast()):
+        assert one.tests == first.tests
+        np.testing.assert_array_equal(one.times.ends, first.times.ends)
+
+
 def test_each_cast_is_explored_once(geometry, store, explored):
     frusta = [hemisphere_record(Hemisphere(16, 4), geometry.coordinates, geometry.coordinates.bounds.mean(axis=0),
                                 (0, 0, turn), source=source)

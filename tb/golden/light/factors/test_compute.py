@@ -111,9 +111,11 @@ def test_blocks_of_other_sources_of_the_same_version_are_refused(scene, tmp_path
 def test_files_that_are_none_of_a_run_are_refused(scene, tmp_path, name, message):
     folder = tmp_path / "blocks"
     unfinished(scene, folder)
-    (folder / name).write_text("rubbish")
-    with pytest.raises(InputError, match=message):
-        compute_view_factors(Rows(scene), store=BlockStore(folder, KEY, resume=True))
+    written = (folder / name).read_bytes()
+    for spoilt in (b"rubbish", b"", written[:len(written) // 2]):
+        (folder / name).write_bytes(spoilt)
+        with pytest.raises(InputError, match=message):
+            compute_view_factors(Rows(scene), store=BlockStore(folder, KEY, resume=True))
 
 
 def test_other_files_of_the_folder_stay(scene, tmp_path):
