@@ -4,7 +4,6 @@ import random
 
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 
 from golden.config import PRESETS
 from golden.frustum import Hemisphere, Screen, screen_record
@@ -15,12 +14,12 @@ from hw.control.frustum_load import FrustumLoad
 from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.memsys.image_layout import RegionNumber, halves
-from hw.memsys.memory_formats import MemoryFormats
 from tb.control.image_words import words
 from tb.ctu.grid_load import unit_writes
 from tb.golden.schedule.scenes import Case, case
 from tb.icu.frustum_load import table_writes
 from tb.lib.payload import pack, unpack
+from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10})
@@ -42,44 +41,12 @@ def given(request):
 
 def load(items):
     """What comes out, stream by stream, and what stays; the taker of the tables stalls at random."""
-    dut, found, numbers = FrustumLoad(config=CONFIG), {}, {}
-    shape, draw = MemoryFormats(CONFIG).table_word, random.Random(3)
-    streams = {name: getattr(dut, name) for name in ("o_table", "o_grid", "o_subshell")}
-    found = {name: [] for name in streams}
-
-    def take(ctx):
-        for name, stream in streams.items():
-            if ctx.get(stream.valid) and (name != "o_table" or ctx.get(stream.ready)):
-                found[name].append(unpack(stream.payload.shape(), ctx.get(stream.payload.as_value())))
-
-    async def bench(ctx):
-        for item in items:
-            ctx.set(dut.i.payload.as_value(), pack(shape, item))
-            ctx.set(dut.i.valid, 1)
-            while True:
-                ctx.set(dut.o_table.ready, int(draw.random() < 0.7))
-                taken = ctx.get(dut.i.ready)
-                take(ctx)
-                await ctx.tick()
-                if taken:
-                    break
-            if draw.random() < 0.1:
-                # No word, whatever the wires hold.
-                ctx.set(dut.i.valid, 0)
-                ctx.set(dut.i.payload.as_value(), draw.getrandbits(shape.size))
-                take(ctx)
-                await ctx.tick()
-        ctx.set(dut.i.valid, 0)
-        take(ctx)
-        await ctx.tick()
-        numbers["cells"] = unpack(dut.cells.shape(), ctx.get(dut.cells.as_value()))
-        numbers["subshells"] = ctx.get(dut.subshells)
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
-    return found, numbers
+    draw, dut = random.Random(3), FrustumLoad(config=CONFIG)
+    bench = ScheduleBench(dut, watchdog=40_000, watched=["cells", "subshells"])
+    found = bench.run(Schedule(items={"i": [(int(draw.random() < 0.1), item) for item in items]},
+                               stalls={"o_table": [int(draw.random() < 0.3) for _ in items]}))
+    return found, {"cells": unpack(dut.cells.shape(), bench.history["cells"][-1]),
+                   "subshells": bench.history["subshells"][-1]}
 
 
 def test_tables_and_numbers(given):
@@ -108,21 +75,11 @@ def test_tables_and_numbers(given):
 
 def test_a_number_follows_its_word_by_two_cycles():
     word, is_high = next(iter(halves("cell_grid", "shape")))
-    dut, seen = FrustumLoad(config=CONFIG), []
-
-    async def bench(ctx):
-        ctx.set(dut.o_table.ready, 1)
-        ctx.set(dut.i.payload, {"region": RegionNumber.CELL_GRID, "word": word, "data": 5 << 32 * is_high})
-        for valid in (1, 0, 0):
-            ctx.set(dut.i.valid, valid)
-            await ctx.tick()
-            seen.append(ctx.get(dut.cells[0]))
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
-    assert seen == [0, 5, 5]
+    bench = ScheduleBench(FrustumLoad(config=CONFIG), watched=["cells"])
+    bench.run(Schedule(items={"i": [(0, {"region": RegionNumber.CELL_GRID.value, "record": 0, "word": word,
+                                         "data": 5 << 32 * is_high})]}))
+    (cycle,) = bench.cycles["i"]
+    assert [*map(bool, bench.history["cells"][:cycle + 2])] == [False] * (cycle + 1) + [True]
 
 
 def test_numbers_are_those_of_the_last_image(given):
