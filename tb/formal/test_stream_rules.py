@@ -25,6 +25,8 @@ SMALL = {
     "round_robin": lambda: Arbiter(2, count=3),
     "longest_waiting": lambda: Arbiter(2, count=3, policy=ArbiterPolicy.LONGEST_WAITING),
 }
+# A commit proves their grants and the order of their items, in `test_arbiter`.
+ARBITERS = ("round_robin", "longest_waiting")
 ICU = PRESETS["tiny"].replace({"icu.rays": 64, "icu.side_bits": 6, "icu.slots": 16, "icu.settle_bits": 4,
                                "icu.settle_fraction": 2, "icu.patch_bits": 8, "icu.generation_bits": 1})
 # Blocks of the intersection unit with a stream that can wait.
@@ -49,7 +51,7 @@ def make(name="queue"):
 
 
 test_rules = declare(
-    make, cycles=10, claims=[*(Claim(name=name, unbounded=True) for name in (*SMALL, *CHECK)),
+    make, cycles=10, claims=[*(Claim(name=name, unbounded=True, slow=name in ARBITERS) for name in (*SMALL, *CHECK)),
                              *(Claim(name=name, slow=True) for name in BLOCKS)],
     controls={
         "takes an offer back": Control("withdrawn", {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid}),
@@ -70,6 +72,6 @@ def make_blind(name="queue", wrong=None):
 
 
 test_offers_do_not_depend_on_ready = declare(
-    make_blind, cycles=6, claims=[Claim(name=name) for name in (*SMALL, *GATE)],
+    make_blind, cycles=6, claims=[Claim(name=name, slow=name in ("fork", *ARBITERS)) for name in (*SMALL, *GATE)],
     controls={"offers when it is taken": Control(
         "blind", wrong={"o__valid": lambda dut: dut.o.valid & dut.o.ready})})
