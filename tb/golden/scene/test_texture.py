@@ -97,6 +97,43 @@ def test_faces_of_one_material_have_their_own_colours_and_halves_of_a_quad_one(t
     assert load_scene(path).channels("diffuse") == pytest.approx(np.array([RED, WHITE]) / 255, abs=1e-9)
 
 
+@pytest.mark.parametrize(("options", "colour"), [
+    ("-o 0.5 ", WHITE), ("-o 0.5 0.5 0 ", GREEN), ("-s 0.5 -o 0 0.5 ", RED), ("-s 1 -1 1 ", RED),
+    ("-clamp on -o 9 ", WHITE)])
+def test_options_scale_the_coordinates_and_shift_them_then(tmp_path, options, colour):
+    """The face shows the lower left quarter without options."""
+    scene = load_scene(textured(tmp_path, "f 1/9 2/10 3/11 4/12\n", more=options))
+    assert scene.channels("diffuse") == pytest.approx(np.array([colour]) / 255, abs=1e-9)
+
+
+@pytest.mark.parametrize(("line", "folder"), [
+    ("my map.png -bm 0.1", ""), ('-o 0 0 "my map.png"', ""), ("-texres 9 maps\\my map.png", "maps"),
+    ("'my map.png'", "")])
+@pytest.mark.filterwarnings("ignore:.*not used. '-(bm|texres)' of 'map_Kd'$")
+def test_the_name_of_a_picture_may_have_blanks_quotes_and_options_on_either_side(tmp_path, line, folder):
+    (tmp_path / folder).mkdir(exist_ok=True)
+    Image.new("RGB", (2, 2), BLUE).save(tmp_path / folder / "my map.png")
+    write(tmp_path, "a.mtl", f"newmtl a\nmap_Kd {line}\n")
+    scene = load_scene(write(tmp_path, "a.obj", f"mtllib a.mtl\n{SQUARE}vt 0 0\nusemtl a\nf 1/1 2/1 3/1\n"))
+    assert scene.channels("diffuse").tolist() == [[0, 0, 1]]
+
+
+@pytest.mark.parametrize(("mode", "value"), [("I;16", 0x4040), ("I", 0x4040), ("L", 0x40), ("LA", (0x40, 255))])
+def test_a_grey_has_its_value_in_whatever_bits(mode, value):
+    image = Image.new(mode, (3, 2))
+    image.paste(value, (0, 0, 3, 2))
+    texture = Texture(image)
+    assert texture.mean() == pytest.approx(from_srgb([0x40 / 255] * 3))
+    assert not texture.has_alpha
+
+
+@pytest.mark.parametrize(("image", "says"), [
+    (Image.new("F", (2, 2)), "floating-point"), (Image.new("I", (2, 2), 65536), "beyond 16 bits")])
+def test_values_that_a_display_does_not_have_are_refused(image, says):
+    with pytest.raises(InputError, match=says):
+        Texture(image)
+
+
 @pytest.mark.parametrize("face", ["1 2 3 4", "1/1 2/2 3/3 4"])
 def test_a_face_without_all_coordinates_has_the_mean_of_the_picture_and_a_warning(tmp_path, face):
     with pytest.warns(InputWarning, match=r"not used: texture of a face without coordinates$"):
@@ -112,14 +149,14 @@ def test_texture_coordinates_that_are_not_there_are_refused(tmp_path, face, says
     assert says in refusal(textured(tmp_path, f"f {face}\n"))
 
 
-def picture_file(folder, image, *, emits=False, shift=(0, 0), has_uv=True, **sampler):
+def picture_file(folder, image, *, emits=False, shift=(0, 0), has_uv=True, info=None, webp=False, **sampler):
     """A square with a texture, of which it shows the upper left quarter: red. Its coordinates may be shifted."""
     data = io.BytesIO()
-    image.save(data, format="PNG")
+    image.save(data, **({"format": "WEBP", "lossless": True} if webp else {"format": "PNG"}))
     (folder / "picture.png").write_bytes(data.getvalue())
     uv = (np.array([(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.5)]) + shift).astype("<f4")
     (folder / "uv.bin").write_bytes(uv.tobytes())
-    info = {"index": 0}
+    info = {"index": 0, **(info or {})}
     material = {"pbrMetallicRoughness": {"metallicFactor": 0, **({} if emits else {"baseColorTexture": info})}}
     if emits:
         material |= {"emissiveTexture": info, "emissiveFactor": [1, 1, 1]}
@@ -128,17 +165,34 @@ def picture_file(folder, image, *, emits=False, shift=(0, 0), has_uv=True, **sam
                  {"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"}]
     views = [{"buffer": 0, "byteOffset": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12},
              {"buffer": 1, "byteLength": 32}]
-    return gltf(folder, materials=[material], textures=[{"source": 0, "sampler": 0}], images=[{"uri": "picture.png"}],
-                samplers=[sampler], accessors=accessors, bufferViews=views,
+    texture = {"sampler": 0, **({"extensions": {"EXT_texture_webp": {"source": 0}}} if webp else {"source": 0})}
+    attributes = {"POSITION": 0, **({f"TEXCOORD_{info.get('texCoord', 0)}": 2} if has_uv else {})}
+    return gltf(folder, materials=[material], textures=[texture], images=[{"uri": "picture.png"}], samplers=[sampler],
+                accessors=accessors, bufferViews=views,
                 buffers=[{"byteLength": 60}, {"byteLength": 32, "uri": "uv.bin"}],
-                meshes=[{"primitives": [{"attributes": {"POSITION": 0} | ({"TEXCOORD_0": 2} if has_uv else {}),
-                                         "indices": 1, "material": 0}]}])
+                meshes=[{"primitives": [{"attributes": attributes, "indices": 1, "material": 0}]}])
 
 
 @pytest.mark.parametrize("emits", [False, True])
 def test_a_face_of_gltf_has_the_colour_of_its_part(tmp_path, emits):
     scene = load_scene(picture_file(tmp_path, ATLAS, emits=emits))
     assert scene.channels("emission" if emits else "diffuse") == pytest.approx(np.array([RED]) / 255, abs=1e-9)
+
+
+@pytest.mark.parametrize(("transform", "colour"), [
+    ({}, RED), ({"offset": [0.5, 0]}, GREEN), ({"scale": [1, -1], "offset": [0, 1]}, BLUE),
+    # The example of the extension: the lower left quarter, turned.
+    ({"offset": [0, 1], "rotation": np.pi / 2, "scale": [0.5, 0.5]}, BLUE),
+    ({"offset": [1, 0.75], "rotation": np.pi, "scale": [0.5, 0.5]}, WHITE)])
+def test_a_texture_of_gltf_is_placed_by_its_transform_and_set_of_coordinates(tmp_path, transform, colour):
+    info = {"texCoord": 3, "extensions": {"KHR_texture_transform": transform}}
+    scene = load_scene(picture_file(tmp_path, ATLAS, info=info))
+    assert scene.channels("diffuse") == pytest.approx(np.array([colour]) / 255, abs=1e-9)
+
+
+def test_a_picture_of_webp_is_read(tmp_path):
+    scene = load_scene(picture_file(tmp_path, ATLAS, webp=True))
+    assert scene.channels("diffuse") == pytest.approx(np.array([RED]) / 255, abs=1e-9)
 
 
 def test_a_face_of_gltf_without_coordinates_has_the_mean_of_the_picture_and_a_warning(tmp_path):
