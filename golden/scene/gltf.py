@@ -22,6 +22,9 @@ from golden.scene.unused import Unused
 __all__ = ["read_gltf", "split_glb"]
 
 INSTANCES = "EXT_mesh_gpu_instancing"
+PLACES = {"translation": "TRANSLATION", "rotation": "ROTATION", "scale": "SCALE"}
+MOST_INSTANCES = 1 << 16
+"""Most instances of nodes by an extension, each of which takes a part of a millisecond."""
 
 STRAIGHT = 90 * (1 + 1e-6)
 """Largest angle of a cone in degrees, which rounds to 90 in float32."""
@@ -135,15 +138,26 @@ def _light(source: dict, matrix: np.ndarray, unused: Unused) -> PointLight | Dir
     return PointLight(position=tuple(matrix[:3, 3].tolist()), intensity=intensity, cone=cone)
 
 
+def _placed(node: dict) -> dict[str, int]:
+    """The accessors of a node's instances by what they state; empty without any."""
+    attributes = node.get("extensions", {}).get(INSTANCES, {}).get("attributes", {})
+    return {name: attributes[key] for name, key in PLACES.items() if key in attributes}
+
+
+def _count(node: dict, tree: dict) -> int:
+    """How often a node's mesh is placed."""
+    counts = {tree["accessors"][number]["count"] for number in _placed(node).values()}
+    if len(counts) > 1:
+        raise InputError(f"attributes of {INSTANCES} must have one count, not {sorted(counts)}")
+    return counts.pop() if counts else 1
+
+
 def _instances(node: dict, matrix: np.ndarray, buffers: GltfBuffers) -> list[np.ndarray]:
     """The 4 x 4 world matrices of a node's mesh."""
-    attributes = node.get("extensions", {}).get(INSTANCES, {}).get("attributes")
-    if attributes is None:
+    columns = {name: buffers.values(number, "VEC4" if name == "rotation" else "VEC3").astype(np.float64).tolist()
+               for name, number in _placed(node).items()}
+    if not columns:
         return [matrix]
-    columns = {name: buffers.values(attributes[key]).astype(np.float64).tolist() for name, key in (
-        ("translation", "TRANSLATION"), ("rotation", "ROTATION"), ("scale", "SCALE")) if key in attributes}
-    if len({len(values) for values in columns.values()}) > 1:
-        raise InputError(f"attributes of {INSTANCES} have different counts")
     return [matrix @ _local(dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
 
 
@@ -160,11 +174,14 @@ def _corners(tree: dict, mesh: dict) -> int:
 
 def _mesh(tree: dict, buffers: GltfBuffers, unused: Unused) -> Mesh:
     """All meshes of the scene in world coordinates."""
-    places = [(node["mesh"], placed) for node, matrix in _walk(tree) if "mesh" in node
-              for placed in _instances(node, matrix, buffers)]
-    total = sum(_corners(tree, tree["meshes"][mesh]) for mesh, _ in places)
+    nodes = [(node, matrix) for node, matrix in _walk(tree) if "mesh" in node]
+    instances = sum(_count(node, tree) for node, _ in nodes)
+    if instances > MOST_INSTANCES + len(nodes):
+        raise InputError(f"its nodes have {instances} instances, at most {MOST_INSTANCES} are read")
+    total = sum(_count(node, tree) * _corners(tree, tree["meshes"][node["mesh"]]) for node, _ in nodes)
     if total > MOST_FACES:
         raise InputError(f"its nodes instance {total} triangles, at most {MOST_FACES} are read")
+    places = [(node["mesh"], placed) for node, matrix in nodes for placed in _instances(node, matrix, buffers)]
     read: dict[int, list[GltfFaces]] = {}
     points, corners, indices, materials = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)], {}
     textures, offset, count = FaceTextures(), 0, 0

@@ -105,15 +105,17 @@ class GltfBuffers:
             raise InputError(f"{what} ends behind its buffer view")
         return np.ndarray(shape, kind, data, offset, (stride, kind.itemsize)) if shape[0] else np.empty(shape, kind)
 
-    def values(self, number: int) -> np.ndarray:
-        """The entries of an accessor, K x W; normalised integers become floats.
+    def values(self, number: int, *types: str) -> np.ndarray:
+        """The entries of an accessor of one of these types, K x W; normalised integers become floats.
 
         Raises
         ------
         InputError
-            They are not within their buffers, or a buffer cannot be read.
+            It has another type, they are not within their buffers, or a buffer cannot be read.
         """
         accessor, what = self._tree["accessors"][number], f"accessors[{number}]"
+        if accessor["type"] not in types:
+            raise InputError(f"{what}.type must be {' or '.join(types)}, not {accessor['type']!r}")
         kind, count = COMPONENTS[accessor["componentType"]], accessor["count"]
         shape = (count, WIDTHS[accessor["type"]])
         if "bufferView" in accessor:

@@ -75,16 +75,20 @@ def gltf_faces(primitive: dict, where: str, tree: dict, buffers: GltfBuffers, un
     attributes, mode = primitive.get("attributes", {}), primitive.get("mode", 4)
     if "POSITION" not in attributes or mode not in TRIANGLES:
         return None
-    points = buffers.values(attributes["POSITION"]).astype(np.float64)
-    corners = np.arange(len(points)) if "indices" not in primitive \
-        else buffers.values(primitive["indices"])[:, 0].astype(np.int64)
+    points = buffers.values(attributes["POSITION"], "VEC3").astype(np.float64)
+    corners = np.arange(len(points))
+    if "indices" in primitive:
+        corners = buffers.values(primitive["indices"], "SCALAR")[:, 0]
+        if corners.dtype.kind != "u":
+            raise InputError(f"{where}.indices must be whole numbers without a sign")
+        corners = corners.astype(np.int64)
     if len(corners) and corners.max() >= len(points):
         raise InputError(f"{where} has a corner at vertex {corners.max() + 1}, but {len(points)} vertices")
     faces = corners[corner_triangles(mode, len(corners))]
     unused.add("corners of an incomplete triangle", len(corners) % 3 if mode == 4 else 0)
     if mode == 5:  # triangles with a corner twice join the parts of a strip
         faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-    if points.shape[1:] != (3,) or not len(faces):
+    if not len(faces):
         return None
     read = _Reader(points, faces, attributes, buffers, unused)
     source = tree["materials"][primitive["material"]] if "material" in primitive else None
@@ -97,13 +101,13 @@ class _Reader:
     def __init__(self, points, faces, attributes, buffers, unused):
         self._points, self._faces, self._attributes = points, faces, attributes
         self._buffers, self._unused = buffers, unused
-        self._vertex_colours = self._at_corners("COLOR_0")
+        self._vertex_colours = self._at_corners("COLOR_0", "VEC3", "VEC4")
 
-    def _at_corners(self, name):
+    def _at_corners(self, name, *types):
         """F x 3 x W values of an attribute at the corners; None without it."""
         if name not in self._attributes:
             return None
-        values = self._buffers.values(self._attributes[name])
+        values = self._buffers.values(self._attributes[name], *types)
         if len(values) != len(self._points):
             raise InputError(f"attribute {name} has {len(values)} entries for {len(self._points)} vertices")
         # Some programs write integers without the mark that they are shares of the largest one.
@@ -157,7 +161,7 @@ class _Reader:
         if texture is None:
             return None, None, None
         transform = info.get("extensions", {}).get(TRANSFORM, {})
-        uv = self._at_corners(f"TEXCOORD_{transform.get('texCoord', info.get('texCoord', 0))}")
+        uv = self._at_corners(f"TEXCOORD_{transform.get('texCoord', info.get('texCoord', 0))}", "VEC2")
         if uv is None:
             self._unused.add("texture of a face without coordinates", len(self._faces))
             return np.tile(texture.mean(), (len(self._faces), 1)), texture, None

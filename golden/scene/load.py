@@ -20,6 +20,9 @@ __all__ = ["SUFFIXES", "load_scene"]
 
 SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff", ".vs3")
 
+LONGEST = 400
+"""Most characters of a message: files may hold words of any length."""
+
 Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 def _read(path: Path, up, facets: bool) -> Scene:
@@ -86,11 +89,14 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
         with caught_warnings() as caught:
             scene = _read(path, None if up is None else tuple(float(value) for value in up), facets)
     except InputError as error:
-        if str(error).startswith(str(path)):
-            raise
-        raise InputError(f"{path}: {error}") from error
+        text = str(error) if str(error).startswith(str(path)) else f"{path}: {error}"
+        raise InputError(_clipped(text, LONGEST + len(str(path)))) from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
     for message in caught:
-        warn(f"{path}: {message}")
+        warn(f"{path}: {_clipped(message, LONGEST)}")
     return scene
+
+
+def _clipped(text, length):
+    return text if len(text) <= length else f"{text[:length]} ..."

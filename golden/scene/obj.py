@@ -6,6 +6,7 @@ outside of it.
 
 import re
 from collections.abc import Iterator
+from os.path import isfile
 from pathlib import Path
 
 import numpy as np
@@ -31,22 +32,23 @@ NAMED = ("usemtl", "mtllib", "g", "o")
 
 def _statements(lines: list[str]) -> Iterator[tuple[int, str, str]]:
     """Yields each statement: number of its last line, keyword, and what follows it, without comments."""
-    pending, number = "", 0
+    parts: list[str] = []
     for number, line in enumerate(lines, start=1):
-        text, continues = pending + line, False
-        words = text.split(None, 1)
-        if "#" in line and (line.lstrip().startswith("#") or words[0] not in NAMED):
-            text = pending + re.split(r"(?:^|\s)#", line, maxsplit=1)[0]
-            continues = bool(pending) and not line.partition("#")[0].strip()  # a line of comment within a statement
-        elif "\\" in line and line.rstrip().endswith("\\"):
-            text, continues = text.rstrip()[:-1] + " ", True
-        pending = text if continues else ""
-        words = text.split(None, 1)
-        if words and not continues:
-            yield number, words[0], words[1].rstrip() if len(words) > 1 else ""
-    if pending.strip():
-        words = pending.split(None, 1)
-        yield number, words[0], words[1].rstrip() if len(words) > 1 else ""
+        text, continues = line, False
+        if "#" in line:
+            is_comment = line.lstrip().startswith("#")
+            if is_comment or "".join(parts[:1] or line).split(None, 1)[0] not in NAMED:
+                text = re.split(r"(?:^|\s)#", line, maxsplit=1)[0]
+                continues = is_comment and bool(parts) and number < len(lines)  # it stands within a statement
+        if text is line and "\\" in line and line.rstrip().endswith("\\"):
+            text, continues = line.rstrip()[:-1], number < len(lines)
+        if parts or (text and not text.isspace()):
+            parts.append(text)
+        if parts and not continues:
+            keyword, *rest = " ".join(parts).split(None, 1) or [""]
+            parts = []
+            if keyword:
+                yield number, keyword, rest[0].rstrip() if rest else ""
 
 
 class _Obj:
@@ -66,7 +68,7 @@ class _Obj:
         self.numbers: dict[str, int] = {}
         self._current = ""
         self._read: set[Path] = set()
-        self._lost = False
+        self._lost: list[str] = []
         self.where = str(path)
 
     def error(self, what: str) -> InputError:
@@ -141,6 +143,9 @@ class _Obj:
 
         Names count wherever the libraries are named. A material that is in none of them is unspecified, with a warning.
         """
+        if self._lost:
+            their = f" and {len(self._lost) - 1} more: their" if len(self._lost) > 1 else ": its"
+            warn(f"there is no material library {self._lost[0]!r}{their} materials become grey")
         sources, missing = [], []
         for name in self.numbers:
             names = (name, unquoted(name), re.split(r"\s#", name, maxsplit=1)[0].rstrip())
@@ -158,7 +163,8 @@ class _Obj:
     def libraries(self, text: str) -> None:
         """Reads the material libraries of a line; a name may hold blanks, and quotes around it."""
         names = [text, unquoted(text)]
-        names = [name for name in names if (self.path.parent / name.replace("\\", "/")).is_file()][:1] if text else []
+        # Path.is_file raises errors for names that the system refuses.
+        names = [name for name in names if name and isfile(self.path.parent / name.replace("\\", "/"))][:1]
         for name in names or [quoted or word for quoted, word in re.findall(
                 r'"([^"]+)"|(\S+)', re.split(r"(?:^|\s)#", text, maxsplit=1)[0])]:
             path = self.path.parent / name.replace("\\", "/")
@@ -171,8 +177,7 @@ class _Obj:
             check_regular(path)
             data = path.read_bytes()
         except FileNotFoundError:
-            self._lost = True
-            warn(f"there is no material library {name!r}: its materials become grey")
+            self._lost.append(name)
             return
         except (OSError, ValueError) as error:  # a ValueError for a name with a zero byte
             reason = getattr(error, "strerror", None) or error
@@ -240,8 +245,8 @@ def _materials(obj: _Obj, points, counts, corners, textures) -> tuple[list, np.n
     """The materials, with a tint for each different mean of a picture over a face, and F indices into them."""
     stated = np.array(obj.material, dtype=np.int64)
     material, materials = np.empty(len(counts), dtype=np.int64), []
-    for number, (name, source) in enumerate(zip(obj.numbers, obj.sources(), strict=True)):
-        faces = np.flatnonzero(stated == number)
+    groups = np.split(np.argsort(stated, kind="stable"), np.cumsum(np.bincount(stated))[:-1])
+    for name, source, faces in zip(obj.numbers, obj.sources(), groups if len(stated) else [], strict=True):
         if source is None or source.texture is None:
             material[faces] = len(materials)
             materials.append(UNSPECIFIED if source is None else source.material())

@@ -263,15 +263,17 @@ def _corner_lists(element: _Element) -> tuple[str, tuple[np.ndarray, np.ndarray]
     return "", None
 
 
-def _strips(counts: np.ndarray, corners: np.ndarray) -> list[list[int]]:
-    """The triangles of strips, which -1 parts; every other one is wound the other way."""
-    triangles = []
-    for strip in np.split(corners, np.cumsum(counts)[:-1]):
-        for part in np.split(strip, np.flatnonzero(strip == -1)):
-            part = part[part != -1].tolist()
-            triangles += [[part[first + first % 2], part[first + 1 - first % 2], part[first + 2]]
-                          for first in range(len(part) - 2)]
-    return [triangle for triangle in triangles if len(set(triangle)) == 3]  # others only join parts of a strip
+def _strips(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """T x 3 corners of the triangles of strips, which -1 parts; every other one is wound the other way."""
+    begins = np.zeros(len(corners), dtype=bool)
+    begins[(np.cumsum(counts) - counts)[counts > 0]] = True
+    begins[1:] |= corners[:-1] == -1
+    part = np.cumsum(begins) - 1
+    first = np.flatnonzero((part[:-2] == part[2:]) & (corners[:-2] != -1) & (corners[2:] != -1))
+    odd = (first - np.flatnonzero(begins)[part[first]]) % 2
+    triangles = corners[np.stack((first + odd, first + 1 - odd, first + 2), axis=1)]
+    # Triangles with a corner twice only join parts of a strip.
+    return triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
 
 
 def read_ply(path: Path) -> Mesh:
@@ -311,7 +313,7 @@ def read_ply(path: Path) -> Mesh:
     used_of_strips, strip_lists = _corner_lists(strips)
     counts, corners = (side.astype(np.int64) for side in lists or (np.empty(0), np.empty(0)))
     if strip_lists is not None:
-        triangles = np.array(_strips(*(side.astype(np.int64) for side in strip_lists)), dtype=np.int64).reshape(-1, 3)
+        triangles = _strips(*(side.astype(np.int64) for side in strip_lists))
         counts = np.append(counts, np.full(len(triangles), 3))
         corners = np.append(corners, triangles)
     if not len(counts):
