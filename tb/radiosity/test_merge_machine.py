@@ -12,12 +12,10 @@ from golden.commands import choices
 from golden.machines.merge.exchange_steps import SCHEMES
 from golden.machines.merge.line_shares import DIVISIONS
 from golden.machines.merge.screen_split import SPLITTERS
-from golden.machines.merge.span_lists import pixel_counts, span_lists
-from golden.machines.merge.winning_pixels import pixels_of_spans
-from radiosity.benchmarks.merge import FULL, MERGES, POTS, Pots, matched_pots, percentile, pots_of
+from radiosity.benchmarks.merge import FULL, MERGES, percentile
 from radiosity.merge_machine import framed
 
-pytestmark = pytest.mark.xdist_group("machines")
+pytestmark = [pytest.mark.xdist_group("machines"), pytest.mark.usefixtures("interpreted")]
 
 MERGE = ("merge", "teapot:2", "--size", "40x32")
 VOLUME = ("volume", "--grid", "6", "5", "4", "--size", "32x32")
@@ -128,23 +126,6 @@ def test_the_source_s_merges_are_fastest_by_packing_from_each_to_all():
         assert packed[0] > recursive[0] > pair[0]
         ratios.append(pair[1] / packed[1])
     assert (round(min(ratios), 2), round(max(ratios), 2)) == (1.68, 2.46)
-
-
-def test_pots_have_the_pixels_that_they_are_matched_to():
-    goal = Pots(count=2, generated=(24_000, 0), winning=(13_000, 0))
-    triangles, number, scale = matched_pots(goal, 5)
-    assert len(number) == len(triangles.corners)
-    screen = triangles._replace(corners=triangles.corners * (400 * scale, 400 * scale, 1) + (200, 200, 0))
-    spans = span_lists(screen, np.zeros(len(number)), 400, 400)
-    assert len(pixels_of_spans(spans, 1, 400).location) == pytest.approx(13_000, rel=0.03)
-    assert pixel_counts(spans, 1)[0] == pytest.approx(24_000, rel=0.1)
-
-
-def test_pots_are_as_many_as_the_scene_has():
-    one, two = (pots_of(count, 0.5, 1)[0].dealt for count in (1, 2))
-    assert two == 2 * one
-    assert abs(one / 3751 - 1) < 0.1
-    assert [pots.count for pots in POTS.values()] == [1, 2, 4, 4, 8, 8]
 
 
 def test_percentiles_are_shares_below():

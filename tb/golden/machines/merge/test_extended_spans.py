@@ -7,6 +7,8 @@ from golden.machines.merge.extended_spans import extended_counts
 from golden.machines.merge.winning_pixels import pixels_of_spans
 from tb.golden.machines.merge.drawn import spans_of
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 @pytest.mark.parametrize("seed", range(20))
 def test_counts_are_those_of_the_pixels_that_win(seed):

@@ -7,6 +7,8 @@ import pytest
 
 from golden.machines.merge.graph_shares import graph_shares
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def cut_of(owner, edges):
     across = owner[:, :-1] != owner[:, 1:]

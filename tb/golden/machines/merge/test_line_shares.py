@@ -6,6 +6,8 @@ import pytest
 from golden.errors import InputError
 from golden.machines.merge.line_shares import DIVISIONS, divide_lines
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def loads(shares, counts):
     return np.array([counts[shares.order[first:last]].sum() for first, last in zip(

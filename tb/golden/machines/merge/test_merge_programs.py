@@ -9,6 +9,8 @@ from golden.machines.gather.node_timing import NodeTiming
 from golden.machines.merge.exchange_steps import mesh_steps
 from golden.machines.merge.merge_programs import all_to_all_ends, division_program, exchange_program
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 TIMING = NodeTiming(setup=100, word=10, operation=3)
 NODES = 16
 

@@ -14,6 +14,8 @@ from golden.machines.merge.mesh_load import (
 )
 from golden.machines.merge.work_weights import TRIANGLES_ALONE, WorkWeights
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def test_a_box_adds_its_weight_divided_by_its_cells():
     boxes = np.array([[0, 0, 3, 3], [2, 1, 9, 6], [8, 8, 8, 8]])

@@ -7,6 +7,8 @@ from golden.machines.merge.exchange_steps import mesh_steps
 from golden.machines.merge.pixel_exchange import MET, SENT, TOUCHED, exchange, received_by_owners, scattered
 from golden.machines.merge.winning_pixels import Pixels
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 NODES, CELLS = 8, 64
 BOUNDS = np.arange(0, CELLS + 1, CELLS // NODES)
 

@@ -8,6 +8,8 @@ from golden.machines.merge.screen_split import MESHES, SPLITTERS, split_screen
 from golden.machines.merge.work_weights import TRIANGLES_ALONE, WorkWeights
 from tb.golden.machines.merge.marched import small_volume
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 SIZE = 32
 
 

@@ -7,6 +7,8 @@ from golden.machines.merge.screen_volume import drawn_direction, view_volume
 from golden.machines.merge.tetrahedra import cut_grid
 from tb.golden.machines.merge.marched import small_volume
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def test_a_view_keeps_shapes_and_fills_the_screen():
     volume, screen = small_volume(3)

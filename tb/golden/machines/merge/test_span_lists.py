@@ -7,6 +7,8 @@ from golden.machines.merge.screen_triangles import ScreenTriangles
 from golden.machines.merge.span_lists import pixel_counts, span_lists
 from tb.golden.machines.merge.drawn import drawn_triangles
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def one(*corners, colour=((0, 0, 0),) * 3):
     return ScreenTriangles(np.array([corners], dtype=float), np.array([colour], dtype=float), 1)

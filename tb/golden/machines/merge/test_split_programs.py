@@ -8,6 +8,8 @@ from golden.machines.gather.node_timing import NodeTiming
 from golden.machines.merge.screen_split import SPLITTERS, NodeFaces
 from golden.machines.merge.split_programs import FACE_WORDS, face_moves, split_ends
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 SILENT = NodeTiming(operation=1, setup=0, word=0)
 NODES, LINES, COLUMNS = 8, 64, 32
 

@@ -6,6 +6,8 @@ import pytest
 from golden.errors import InputError
 from golden.machines.merge.tetrahedra import blunt_fin, cut_grid
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 @pytest.mark.parametrize(("sides", "cells", "exterior", "faces"), [
     ((40, 32, 32), 187_395, 13_516, 381_548), ((38, 76, 38), 513_375, 27_676, 1_040_588)])

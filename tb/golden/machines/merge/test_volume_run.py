@@ -9,6 +9,8 @@ from golden.machines.merge.volume_run import PARSYTEC, STEP, simulate_volume
 from golden.machines.merge.work_weights import WorkWeights
 from tb.golden.machines.merge.marched import small_volume
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def run(splitter="hs", nodes=8, **keywords):
     return simulate_volume(small_volume(1)[1], splitter, nodes=nodes, **keywords)

@@ -7,6 +7,8 @@ from golden.machines.merge.span_lists import span_lists
 from golden.machines.merge.winning_pixels import pixels_of_spans
 from tb.golden.machines.merge.drawn import drawn_triangles, plain_picture, spans_of
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 WIDTH, HEIGHT = 40, 30
 
 

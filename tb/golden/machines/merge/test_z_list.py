@@ -8,6 +8,8 @@ from golden.machines.merge.work_weights import TRIANGLES_ALONE, WorkWeights
 from golden.machines.merge.z_list import composed, render_regions, transferred
 from tb.golden.machines.merge.marched import marched, small_volume
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 SIZE = 32
 
 
