@@ -24,7 +24,9 @@ def job_header(job: Job, core: CoreManifest, *, about: str, size: int) -> str:
     """
     phase, = job.phases
     given, (first, *_) = phase.request, phase.request.records
-    numbers = {
+    numbers = core.config.numbers
+    unit = 1 / (given.geometry.coordinates.scale * numbers.direction.decode(first.z_scale))
+    constants = {
         "CLUSTERS": (f"{core.config.noc.nodes}u", "clusters of the machine"),
         "BASE": (_address(job.base), "first byte of job.bin in main memory"),
         "BYTES": (f"{size}u", "of job.bin"),
@@ -38,13 +40,17 @@ def job_header(job: Job, core: CoreManifest, *, about: str, size: int) -> str:
         "POLICY": (f"{core.policy}u", "of the caches"),
         "HIT_FORMAT": (f"{int(given.hit_format)}u", "0: no hits, 1: 16 bytes a ray, 2: 8 bytes, 3: patch ids"),
         "SUMS": (f"{int(given.sums)}u", "sums are written"),
+        "INVERSE_FRACTION_BITS": (f"{numbers.fraction_bits}u", "F of stored inverse distances, see formats.md"),
+        "INVERSE_BIAS": (f"{numbers.inverse_bias}u", "B of stored inverse distances"),
+        "UNIT": (repr(float(unit)), "units of the scene of a distance 1, of a screen of a depth 1"),
+        "UV_BITS": (f"{core.config.icu.uv_bits}u", "of u and of v"),
         "WEIGHT_BITS": (f"{_weight_bits(given)}u", "the weights of a hemisphere are 2^W together; screen: 0"),
         "PATCHES": (f"{len(given.geometry)}u", "of the scene"),
         "FRUSTA": (f"{len(given.records)}u", "of the job"),
         "COLUMNS": (f"{first.columns}u", "of rays of each frustum"),
         "ROWS": (f"{first.rows}u", "of rays of each frustum")}
     frusta = [-1 if one is None else one.frustum for one in job.sections]
-    lines = [f"#define RADIOSITY_JOB_{name} {value} /* {meaning} */" for name, (value, meaning) in numbers.items()]
+    lines = [f"#define RADIOSITY_JOB_{name} {value} /* {meaning} */" for name, (value, meaning) in constants.items()]
     return "\n".join([
         f"/* {about.replace('*/', '* /')} */",
         "#ifndef RADIOSITY_JOB_H", "#define RADIOSITY_JOB_H", "", "#include <stdint.h>", "",

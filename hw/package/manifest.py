@@ -7,6 +7,7 @@ from amaranth.lib.data import Layout
 from amaranth.lib.wiring import In
 
 from golden.config import Config
+from golden.icu.patch_sums import SUM_BITS
 from golden.jobs.descriptor import VERSION as DESCRIPTOR_VERSION
 from golden.memory_map.layout import MAGIC as IMAGE_MAGIC
 from golden.memory_map.layout import REGIONS
@@ -57,7 +58,7 @@ def manifest(top: str, name: str, *, config: Config, preset: str, text: str) -> 
             "port": f"{bus}_aresetn", "active": "low", "synchronous": False}} for bus in TOPS[top].buses]
         facts["reset"]["synchronous"] = False
     if TOPS[top].is_engine:
-        facts |= _program_view()
+        facts |= _program_view(config)
     if TOPS[top].is_engine or top == "cluster":
         facts["counters"] = {"names": list(COUNTERS), "base": COUNTERS_BASE, "stride": WORD_BYTES << COUNTER_BITS}
     return facts
@@ -84,15 +85,18 @@ def _fields(layout, path="", low=0):
             yield {"name": name, "low": low + field.offset, "width": field.width}
 
 
-def _program_view():
+def _program_view(config):
     """What a driver needs: registers, error codes, and the formats in main memory."""
-    offsets = addresses(ENGINE_REGISTERS)
+    offsets, numbers = addresses(ENGINE_REGISTERS), config.numbers
     return {
         "formats": {"registers": {"magic": MAGIC, "version": VERSION},
                     "image": {"magic": IMAGE_MAGIC, "version": IMAGE_VERSION},
                     "descriptor": {"version": DESCRIPTOR_VERSION}},
         "registers": [{"name": one.name, "address": offsets[one.name], "bits": one.width, "access": one.access.value,
                        **_reset(one), "about": one.about, "fields": _bits(one)} for one in ENGINE_REGISTERS],
+        "results": {"inverse": {"fraction_bits": numbers.fraction_bits, "exponent_bits": numbers.exponent_bits,
+                                "bias": numbers.inverse_bias},
+                    "uv_bits": config.icu.uv_bits, "sum_bits": SUM_BITS},
         "policies": {one.name.lower(): one.value for one in CachePolicy},
         "errors": [{"code": one.value, "name": one.name, "about": ABOUT[one.name]} for one in ErrorCode],
         "regions": [{"bit": bit, "name": one.name, "life": one.life, "record_bytes": one.dtype.itemsize}

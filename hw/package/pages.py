@@ -22,6 +22,24 @@ _FORMATS = """\
 * A word of sums has 64 bits: the sum in bits 0-41, the patch in 42-63. The completion record has the number of words.
 * Completion record k is in entry k modulo 2^`ring_bits` of its ring, whatever the order of the descriptors.
 
+## What results mean
+
+* A stored inverse distance n of more than 0 is (1 + f 2^-F) 2^(e - B), where f is n modulo 2^F and e is n divided by
+  2^F; the manifest has F and B (`results.inverse`), and so has `job.h`. Its reciprocal times `RADIOSITY_JOB_UNIT` is
+  the distance of the hit in units of the scene, of a screen the depth along its view. The largest n is this near or
+  nearer, n = 1 is a patch that the ray sees edge-on.
+* Column k of a hemisphere has the azimuth (k + 1/2) 2 pi / columns, row k the angle (k + 1/2) (pi / 2) / rows from the
+  normal. Column k of a screen is at x = (2 k + 1 - columns) / 2^`column_bits`, row k, downwards, at
+  y = (2 k + 1 - rows) / 2^`row_bits`. `columns` and `rows` of an image have the cosines and sines, or these numbers.
+* Step k of u or of v is the part of the patch from k 2^-U to (k + 1) 2^-U; U is `results.uv_bits` of the manifest. u
+  is 0 at the edge of vertices 3 and 0 and 1 at that of 1 and 2; v is 0 at the edge of 0 and 1 and 1 at that of 2 and 3.
+  The patch is bisected around the ray, in each step in u first and then in v.
+* A sum divided by the sum of all weights of a hemisphere, 2^`RADIOSITY_JOB_WEIGHT_BITS`, is the form factor of the
+  patch.
+* The `address` in the record of a refused descriptor is no address: it is the offset of the field in the descriptor.
+
+`example/decode.c` and `example/decode.py` decode the lines of `job.txt`.
+
 ## Jobs
 
 {jobs}

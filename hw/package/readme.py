@@ -65,6 +65,7 @@ _ENGINE_FILES = """
 | `driver/radiosity.h`, `.c` | a driver in C99: the registers, jobs, completion records, errors, counters |
 | `example/main.cpp`, `Makefile` | a simulation in Verilator: main memory behind AXI4, and the driver on AXI4-Lite |
 | `example/cast_job.c`, `cast_job.h` | a job from `job.bin` to results, at any port of the driver |
+| `example/decode.c`, `decode.py` | from the lines of results to distances in the scene, u, v and form factors |
 | `litex_soc/radiosity_soc.py` | a module of LiteX: registers on the bus of a SoC, memory in its SDRAM |
 | `litex_soc/simulation.py`, `uartbone.c`, `Makefile` | a SoC in LiteX's simulator, and a host that casts over TCP |
 | `litex_soc/ulx3s.py` | the same SoC at the pins of a ULX3S with an ECP5-85; the host casts over its USB socket |"""

@@ -97,7 +97,7 @@ def test_every_file_is_named_in_the_readme(exported):
 
 def test_exported_python_has_the_style_of_the_project(exported):
     paths = sorted(exported.rglob("*.py"))
-    assert [path.name for path in paths] == ["radiosity_soc.py", "simulation.py", "ulx3s.py"]
+    assert [path.name for path in paths] == ["decode.py", "radiosity_soc.py", "simulation.py", "ulx3s.py"]
     done = subprocess.run([sys.executable, "-m", "ruff", "check", "--config", ROOT / "pyproject.toml", *paths],
                           capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

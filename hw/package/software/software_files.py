@@ -12,7 +12,8 @@ __all__ = ["software_files"]
 _FOLDER = Path(__file__).parent
 # Paths in the folder of a core, with the files that they are made from.
 _TEMPLATES = {
-    **{f"example/{file}": f"{file}.in" for file in ("main.cpp", "cast_job.c", "cast_job.h", "Makefile")},
+    **{f"example/{file}": f"{file}.in" for file in (
+        "main.cpp", "cast_job.c", "cast_job.h", "decode.c", "decode.py", "Makefile")},
     **{f"litex_soc/{file}": f"{file}.in" for file in ("radiosity_soc.py", "simulation.py", "ulx3s.py", "uartbone.c")},
     "litex_soc/Makefile": "litex.mk.in",
 }

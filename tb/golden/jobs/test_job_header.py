@@ -23,7 +23,8 @@ int main(void) {
     LIST(hits) LIST(sums) LIST(frustum_of)
 """
 NAMES = ("CLUSTERS", "BASE", "BYTES", "END", "RING", "COMPLETIONS", "RING_BITS", "DESCRIPTORS", "IMAGE", "COPIES",
-         "POLICY", "HIT_FORMAT", "SUMS", "WEIGHT_BITS", "PATCHES", "FRUSTA", "COLUMNS", "ROWS")
+         "POLICY", "INVERSE_FRACTION_BITS", "INVERSE_BIAS", "UV_BITS", "HIT_FORMAT", "SUMS", "WEIGHT_BITS", "PATCHES",
+         "FRUSTA", "COLUMNS", "ROWS")
 
 
 @pytest.mark.parametrize("number", [0, 1])
@@ -46,7 +47,8 @@ def test_a_compiler_reads_the_job_from_it(number, tmp_path):
     assert {name: found[name] for name in NAMES} == {
         "CLUSTERS": CONFIG.noc.nodes, "BASE": job.base, "BYTES": size, "END": job.end, "RING": job.ring,
         "COMPLETIONS": job.completions, "RING_BITS": job.ring_bits, "DESCRIPTORS": len(job.descriptors),
-        "IMAGE": phase.address, "COPIES": int(phase.image.has_copies), "POLICY": 2,
+        "INVERSE_FRACTION_BITS": CONFIG.numbers.fraction_bits, "INVERSE_BIAS": CONFIG.numbers.inverse_bias,
+        "UV_BITS": CONFIG.icu.uv_bits, "IMAGE": phase.address, "COPIES": int(phase.image.has_copies), "POLICY": 2,
         "HIT_FORMAT": int(request.hit_format), "SUMS": 1, "WEIGHT_BITS": (RAYS, SMALL)[number].weight_bits,
         "PATCHES": len(request.geometry),
         "FRUSTA": len(request.records), "COLUMNS": request.records[0].columns, "ROWS": request.records[0].rows}
