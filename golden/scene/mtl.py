@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import dataclass
+from os.path import exists
 from pathlib import Path
 
 import numpy as np
@@ -209,14 +210,15 @@ def _is_number(word):
 
 def _named(folder, text):
     """The path of a picture and its options, which may precede its name or follow it; the name may hold blanks."""
-    options, rest = _options(text)
-    last = re.search(rf"\s({'|'.join(OPTIONS)})(?=\s|$)", rest)
-    name, more = (rest[:last.start()].rstrip(), _options(rest[last.start():])[0]) if last else (rest, {})
-    for candidate, given in ((text, {}), (rest, options), (name, options | more)):
-        for one in (candidate, unquoted(candidate)):
-            path = folder / one.replace("\\", "/")
-            if one and path.exists():
-                return path, given
+    for part in dict.fromkeys((text, re.split(r"\s#", text, maxsplit=1)[0].rstrip())):  # # may begin a comment
+        options, rest = _options(part)
+        last = re.search(rf"\s({'|'.join(OPTIONS)})(?=\s|$)", rest)
+        name, more = (rest[:last.start()].rstrip(), _options(rest[last.start():])[0]) if last else (rest, {})
+        for candidate, given in ((part, {}), (rest, options), (name, options | more)):
+            for one in (candidate, unquoted(candidate)):
+                path = folder / one.replace("\\", "/")
+                if one and exists(path):
+                    return path, given
     return folder / unquoted(name).replace("\\", "/"), options | more
 
 

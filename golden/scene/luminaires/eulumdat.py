@@ -5,7 +5,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.scene.file_text import lines_of
 from golden.scene.file_text import number as number_of
-from golden.scene.luminaires.photometry_file import MOST_ANGLES, PhotometryFile, Words, mirrored
+from golden.scene.luminaires.photometry_file import LARGEST, MOST_ANGLES, PhotometryFile, Words, mirrored
 from golden.scene.unused import Unused
 
 __all__ = ["read_eulumdat"]
@@ -79,6 +79,8 @@ def _value(lines, number, *, whole=False):
         value = np.nan
     if not np.isfinite(value) or (whole and value != int(value)):
         raise InputError(f"line {number + 1}: it must be a {'whole' if whole else 'finite'} number, not {word!r}")
+    if abs(value) > LARGEST:
+        raise InputError(f"line {number + 1}: it must be at most {LARGEST:g}, not {word}")
     return int(value) if whole else value
 
 

@@ -7,10 +7,12 @@ import numpy as np
 from golden.errors import InputError
 from golden.scene.file_text import number as number_of
 
-__all__ = ["PhotometryFile", "Words", "mirrored"]
+__all__ = ["LARGEST", "PhotometryFile", "Words", "mirrored"]
 
 # Most angles of a file, and intensities.
 MOST_ANGLES, MOST_VALUES = 4096, 1 << 22
+# Largest magnitude of a number: products of several are finite.
+LARGEST = 1e30
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,6 +75,8 @@ class Words:
             value = np.nan
         if not np.isfinite(value):
             raise InputError(f"line {line}: {what.capitalize()} must be a finite number, not {word!r}")
+        if abs(value) > LARGEST:
+            raise InputError(f"line {line}: {what.capitalize()} must be at most {LARGEST:g}, not {word}")
         return value
 
     def count(self, what: str) -> int:

@@ -7,11 +7,13 @@ holds exactly.
 import base64
 import json
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from io import BytesIO
 from urllib.parse import quote
 
 import numpy as np
 from hypothesis import strategies as st
+from PIL import Image
 
 __all__ = ["DIALECTS", "DialectFile", "encoded"]
 
@@ -24,20 +26,22 @@ BLANKS = st.sampled_from((" ", "  ", "\t", " \t "))
 
 @dataclass(frozen=True)
 class DialectFile:
-    """The files by their names, the first one the scene's, and what they say: by a face's corners its grey and side.
+    """The files by their names, the first one the scene's, and what they say.
 
-    Lights are numbers in the order of the members of their kind.
+    That is: by a face's corners its grey and whether it is two-sided, and by corner its texture coordinates; of a light
+    its kind, strength and the angles of its cone.
     """
 
     files: dict[str, bytes]
     faces: dict[frozenset, tuple[float, bool]]
     lights: tuple = ()
+    uv: dict[tuple, tuple] = field(default_factory=dict)
 
 
 @st.composite
-def models(draw, names=NAMES):
+def models(draw):
     """Draws greys by names, and faces: corners, and the name of a material."""
-    chosen = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True))
+    chosen = draw(st.lists(st.sampled_from(NAMES), min_size=1, max_size=3, unique=True))
     greys = dict(zip(chosen, draw(st.permutations((0.0, 0.25, 0.75, 1.0))), strict=False))
     faces = []
     for number in range(draw(st.integers(1, 4))):
@@ -63,10 +67,10 @@ def encoded(draw, text: str) -> bytes:
         return text.encode("utf-8")
 
 
-def _mtl(draw, greys):
+def _mtl(draw, greys, more=()):
     lines = [draw(st.sampled_from(("# made by C:\\programs\\", "", "#")))]
     for name in draw(st.permutations(list(greys))):
-        members = [f"Kd {' '.join([draw(FORMS).format(greys[name])] * 3)}", "illum 1", "d 1.0", "Ka 0 0 0"]
+        members = [f"Kd {' '.join([draw(FORMS).format(greys[name])] * 3)}", "illum 1", "d 1.0", "Ka 0 0 0", *more]
         lines.append(f"newmtl {name}{draw(st.sampled_from(('', ' ')))}")
         lines += [draw(st.sampled_from(("", "\t"))) + member + draw(st.sampled_from(("", " # Kd 1 1 1")))
                   for member in draw(st.permutations(members))]
@@ -77,18 +81,27 @@ def _mtl(draw, greys):
 def obj_dialects(draw):
     """OBJ: libraries before or after, quotes, comments that end in a backslash, broken lines, numbers from the end."""
     greys, faces = draw(models())
+    greys = {name: grey or 0.5 for name, grey in greys.items()}
+    has_uv, has_normals, uv = draw(st.booleans()), draw(st.booleans()), {}
     library = draw(st.sampled_from(("a.mtl", "my lib.mtl", "lib #1.mtl")))
     head = "mtllib " + draw(st.sampled_from((library, f'"{library}"')))
     lines, count, current = [], 0, None
     for corners, name in faces:
         words = []
+        if has_uv:
+            uv |= {(x, y, z): (x / 2 - y + 3, z - y / 4) for x, y, z in corners}
+            lines += [f"vt {u} {v}" + draw(st.sampled_from(("", " 0", " 0.0 # vt"))) for u, v in map(uv.get, corners)]
+        if has_normals:
+            lines += ["vn 0 0 1"] * len(corners)
         for corner in corners:
             lines.append("v" + "".join(draw(BLANKS) + draw(FORMS).format(value) for value in corner)
                          + draw(st.sampled_from(("", " 1.0", " # v 1 2 3", " #\\", " "))))
             count += 1
         for rank in range(len(corners)):
             number = count - len(corners) + rank
-            words.append(str(number + 1) if draw(st.booleans()) else str(number - count))
+            one, two, three = (str(number + 1) if draw(st.booleans()) else str(number - count) for _ in range(3))
+            words.append(one + (f"/{two if has_uv else ''}" if has_uv or has_normals else "")
+                         + (f"/{three}" if has_normals else ""))
         if name != current:
             quoted = draw(st.booleans()) and '"' not in name
             lines.append(f'usemtl "{name}"' if quoted else f"usemtl {name}")
@@ -98,7 +111,11 @@ def obj_dialects(draw):
         lines.append(draw(st.sampled_from(("", "# from C:\\models\\", "g part #1", "o Tür", "s off", "vn 0 0 1"))))
     lines.insert(draw(st.sampled_from((0, len(lines)))), head)
     text = "\n".join(lines) + draw(st.sampled_from(("", "\n", " \\")) if lines[-1] == "" else st.just("\n"))
-    return DialectFile({"a.obj": encoded(draw, text), library: _mtl(draw, greys)}, said(faces, greys))
+    picture = BytesIO()
+    Image.new("RGB", (2, 2), "white").save(picture, "PNG")
+    files = {"a.obj": encoded(draw, text), library: _mtl(draw, greys, ["map_Kd p.png"] if has_uv else []),
+             "p.png": picture.getvalue()}
+    return DialectFile(files, said(faces, greys), uv=uv)
 
 
 def triangles(faces):

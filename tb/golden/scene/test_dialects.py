@@ -1,5 +1,6 @@
 """A file is read the same in whatever dialect of its format a program writes it, without a warning."""
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 
@@ -38,4 +39,9 @@ def test_a_file_says_the_same_in_every_dialect(tmp_path, name, examples):
         scene = load_scene(tmp_path / next(iter(file.files)))
         assert faces(scene) == {corners: list(values) for corners, values in file.faces.items()}
         assert lights(scene) == file.lights
+        assert (scene.textures is not None) == bool(file.uv)
+        for patch, mapping in zip(scene.vertices.tolist(), [] if scene.textures is None else scene.textures.mapping,
+                                  strict=scene.textures is not None):
+            assert {corner: tuple(np.round(mapping @ [*corner, 1], 6)) for corner in map(tuple, patch)}.items() \
+                <= file.uv.items()
     reads()

@@ -389,17 +389,9 @@ def test_a_fault_of_a_reader_is_not_blamed_on_the_file(tmp_path, monkeypatch, na
     ({"nodes": [{"mesh": 0, "children": [0]}]}, "its nodes form a cycle"),
     ({"nodes": [3]}, "nodes[0] must be an object, not 3"),
     ({"nodes": [{"mesh": 0, "camera": 0}]}, "nodes[0].camera must be the index of one of 0 entries, not 0"),
-    ({"nodes": [{"mesh": 0, "scale": [1, 2]}]}, "nodes[0].scale must be a list of 3 numbers, not [1, 2]"),
-    ({"nodes": [{"mesh": 0, "translation": [1, 2, None]}]}, "nodes[0].translation[2] must be a finite number"),
-    ({"nodes": [{"mesh": 0, "translation": [1, 2, 10**400]}]}, "nodes[0].translation[2] must be a finite number"),
     ({"nodes": [{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]},
      "nodes[0].extensions.KHR_lights_punctual.light must be the index of one of 0 entries, not 0"),
     ({"cameras": [{"perspective": {}}]}, "cameras[0].perspective.yfov is missing"),
-    ({"materials": [{"emissiveFactor": "red"}]}, "materials[0].emissiveFactor must be a list of 3 numbers, not 'red'"),
-    ({"materials": [{"pbrMetallicRoughness": {"metallicFactor": True}}]},
-     "materials[0].pbrMetallicRoughness.metallicFactor must be a finite number, not True"),
-    ({"materials": [{"extras": {"radiosity_engine": {"diffuse": 1}}}]},
-     "materials[0].extras.radiosity_engine.diffuse must be a list of 3 numbers, not 1"),
     ({"scene": 2}, "scene must be the index of one of 1 entries, not 2"),
     ({"scenes": {}}, "scenes must be a list, not {}"),
     ({"extensionsUsed": [1]}, "extensionsUsed[0] must be a string, not 1"),
@@ -408,11 +400,6 @@ def test_a_fault_of_a_reader_is_not_blamed_on_the_file(tmp_path, monkeypatch, na
 def test_a_gltf_member_of_the_wrong_type_is_named(tmp_path, changes, message):
     path = gltf(tmp_path, **changes)
     assert refusal(path).startswith(f"{path}: {message}")
-
-
-@pytest.mark.parametrize("extras", [3, "words", ["radiosity_engine"], {"radiosity_engine": {"colour": 3}}])
-def test_extras_of_others_are_ignored(tmp_path, extras):
-    assert len(load_scene(gltf(tmp_path, materials=[{"extras": extras}]))) == 1
 
 
 @pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")

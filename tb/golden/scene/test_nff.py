@@ -121,12 +121,6 @@ def test_concave_polygon_is_cut_to_its_area_on_one_surface():
     assert scene.normals[:, 2].min() > 0.999
 
 
-def test_values_may_be_on_any_line():
-    one = read_nff(b"s\n0 0\n0\n1\nc 0 0 0 1 0\n0 1 1", "x.nff")
-    other = read_nff(b"s 0 0 0 1\nc 0 0 0 1 0 0 1 1", "x.nff")
-    assert np.array_equal(one.vertices, other.vertices)
-
-
 def test_segments_set_the_density():
     assert len(read_nff(b"s 0 0 0 1", "x.nff", segments=6)) == 18
     assert len(read_nff(b"s 0 0 0 1", "x.nff", segments=32)) == 512

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError, InputWarning
+from golden.errors import InputError
 from golden.scene.load import load_scene
 
 BOX = """T two squares and a triangle between them
@@ -41,12 +41,6 @@ def test_surfaces_become_patches_in_their_order(tmp_path):
     assert not scene.two_sided.any()
     assert [scene.materials[number].name for number in scene.material] == ["floor", "lid", "obstruction"]
     np.testing.assert_allclose(scene.channels("diffuse")[:, 0], [0.5, 0.1, 0])
-
-
-def test_what_is_not_used_is_named(tmp_path):
-    text = BOX.replace("/ no control", "C encl=0 list=2 eps=1.e-4").replace("0 0 0.90 lid", "0 1 0.90 lid")
-    with pytest.warns(InputWarning, match=r"a\.vs3: not used: controls, combination of a surface$"):
-        load_scene(written(tmp_path, text))
 
 
 def test_equal_names_and_emittances_are_one_material(tmp_path):

@@ -60,6 +60,7 @@ def test_the_first_of_several_sets_of_lamps_counts_and_decimal_commas_do():
     (eulumdat(symmetry="x"), "line 3: it must be a whole number, not 'x'"),
     (eulumdat(symmetry=1.5), "line 3: it must be a whole number"),
     (eulumdat(symmetry=4, planes=EIGHT[:6]), "Number of C planes must be a multiple of 4"),
+    (eulumdat(flux=1e31), "line 29: it must be at most 1e.30, not 1e.31"),
     (eulumdat(flux="bright"), "line 29: it must be a finite number, not 'bright'"),
     (eulumdat(size=(-1, 0)), "line 16: Sizes of the luminous area must be"),
     (eulumdat(candela=[[1.0, 2.0]]), "the file ends before intensities"),

@@ -85,6 +85,7 @@ def test_a_lambertian_file_has_its_lumens():
     (ies().replace("1.0 3 1", "1.0 0 1"), "line 4: Number of vertical angles must be a whole number of 1"),
     (ies().replace("1.0 3 1", "1.0 99999999 1"), "Number of vertical angles must be a whole number"),
     (ies().replace("1.0 3 1", "1.0 3 4000"), "the file ends before horizontal angles"),
+    (ies(multiplier=1e31), "line 4: Candela multiplier must be at most 1e.30, not 1e.31"),
     (ies().replace("1 1000", "1 nan"), "Lamps and their lumens must be a finite number, not 'nan'")])
 def test_bad_texts_are_one_line(text, message):
     with pytest.raises(InputError, match=message) as caught:
