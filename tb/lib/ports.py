@@ -14,7 +14,7 @@ from tb.lib.clocking import reset
 from tb.lib.payload import pack, unpack
 from tb.lib.responder import Responder
 from tb.lib.runner import options
-from tb.lib.signature import payload_shape, ports_of, streams_of
+from tb.lib.signature import payload_shape, ports_of, stream_of, streams_of
 from tb.lib.stages import Trace
 from tb.lib.stall_patterns import STALLS, spaced
 from tb.lib.stream import Monitor, Sink, Source
@@ -58,13 +58,16 @@ class Ports:
                          for flow, names in streams_of(component.signature).items()}
         self.payloads = {name: payload_shape(component.signature, name)
                           for names in self._streams.values() for name in names}
+        self._always_ready = {name for names in self._streams.values() for name in names
+                              if stream_of(component, name).signature.always_ready}
         self._responders = ()
         self._connect()
 
     def _connect(self):
         self._tasks, self._monitors = [], {}
-        self.sources = {name: Source(self.dut, name, stalls=self._pattern(name)) for name in self._streams[In]}
-        self.sinks = {name: Sink(self.dut, name, stalls=self._pattern(name)) for name in self._streams[Out]}
+        self.sources, self.sinks = (
+            {name: kind(self.dut, name, stalls=self._pattern(name), always_ready=name in self._always_ready)
+             for name in self._streams[flow]} for kind, flow in ((Source, In), (Sink, Out)))
         for name in self._streams[Out]:
             if not Shape.cast(self.payloads[name]).width:
                 # A payload without bits is an undriven port in Verilog.
@@ -114,7 +117,7 @@ class Ports:
     def taken(self, name: str) -> Monitor:
         """A monitor of an input stream, from the first call on."""
         if name not in self._monitors:
-            self._monitors[name] = Monitor(self.dut, name)
+            self._monitors[name] = Monitor(self.dut, name, always_ready=name in self._always_ready)
         return self._monitors[name]
 
     @property

@@ -19,11 +19,15 @@ def _now():
 
 
 class _Stream:
-    """The signals of one stream: ``NAME__payload``, ``NAME__valid`` and, if it is not always ready, ``NAME__ready``."""
+    """The signals of one stream: ``NAME__payload``, ``NAME__valid`` and, if it is not always ready, ``NAME__ready``.
 
-    def __init__(self, dut, name: str):
+    Of a stream that is always ready a signal inside the component may have the name that the port would have.
+    """
+
+    def __init__(self, dut, name: str, *, always_ready: bool = False):
         self._edge = RisingEdge(dut.clk)
-        self.valid, self.ready = getattr(dut, f"{name}__valid"), getattr(dut, f"{name}__ready", None)
+        self.valid = getattr(dut, f"{name}__valid")
+        self.ready = None if always_ready else getattr(dut, f"{name}__ready", None)
         # A stream without payload has no such signal.
         self.payload = getattr(dut, f"{name}__payload", None)
         self.name = name
@@ -45,8 +49,8 @@ class Source(_Stream):
         The first cycle of each item's offer, and that of its transfer.
     """
 
-    def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None):
-        super().__init__(dut, name)
+    def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None, **options):
+        super().__init__(dut, name, **options)
         self.stalls = stalls or repeat(False)
         self._random = random.Random(name)
         self.offered, self.cycles = [], []
@@ -86,8 +90,8 @@ class Monitor(_Stream):
         Called with each item instead of keeping it.
     """
 
-    def __init__(self, dut, name: str, *, seen: Callable[[int], None] | None = None):
-        super().__init__(dut, name)
+    def __init__(self, dut, name: str, *, seen: Callable[[int], None] | None = None, **options):
+        super().__init__(dut, name, **options)
         self.items, self.cycles = [], []
         self._seen = seen
         self._task = cocotb.start_soon(self._run())

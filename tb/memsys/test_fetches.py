@@ -41,9 +41,7 @@ class Memory:
 class Fetches(Bench):
     """Records are put together in the order of the fetches, each slot's beats in theirs."""
 
-    changes, variants, splits, idle_limit = CHANGES, ({},), False, 60
-    # In other simulators they run within the bus interface.
-    test_in_the_simulator = None
+    changes, variants, splits, idle_limit, cycles = CHANGES, ({},), False, 60, 100_000
     records_at, size = "o_request", BEATS
 
     def of(self, keys, ports, memory):
