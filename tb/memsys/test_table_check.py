@@ -4,13 +4,16 @@ import random
 
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
+from amaranth.hdl import Module, Mux
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In
 
 from golden.config import PRESETS
 from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, REGIONS, WEIGHT_BITS
 from hw.memsys.fault import Fault
 from hw.memsys.image_layout import PATCH_WORDS, RegionNumber
 from hw.memsys.table_check import TableCheck
+from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"]
@@ -26,41 +29,43 @@ RANGES = (("cells", "pointer", "count", "patch_lists"), ("clusters", "first_subs
 NONE = (1 << 32) - 1
 
 
+class Limited(wiring.Component):
+    """A `TableCheck` where one region has ``count`` records, and the others as many as can be."""
+
+    def __init__(self):
+        self.check = TableCheck(config=CONFIG, tag=1)
+        members = self.check.signature.members
+        super().__init__({"i": members["i"], "o": members["o"], "region": In(RegionNumber), "count": In(32)})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.check = check = self.check
+        wiring.connect(m, wiring.flipped(self.i), check.i)
+        wiring.connect(m, check.o, wiring.flipped(self.o))
+        m.d.comb += check.limit.eq(Mux(check.table == self.region, self.count, NONE))
+        return m
+
+
+BENCH = ScheduleBench(Limited(), watchdog=10_000)
+
+
 def faults(region, records, tables=None, *, stalls=0.0):
-    """Of each word; the tables that the records point into have so many records, or as many as can be.
+    """Of each word; a table that the records point into has so many records, the others as many as can be.
 
-    In the share ``stalls`` of the cycles no word is offered, and in as many none is accepted. Without an offer the
-    payload is drawn.
+    In the share ``stalls`` of the words there is a gap, and in as many the output waits.
     """
-    dut, found, rng = TableCheck(config=CONFIG, tag=1), [], random.Random(len(records))
-    words = [(number, word, low | high << 32) for number, record in enumerate(records)
+    draw, ((name, count),) = random.Random(len(records)), (tables or {"cells": NONE}).items()
+    words = [{"region": RegionNumber[region].value, "record": number, "word": word, "data": low | high << 32}
+             for number, record in enumerate(records)
              for word, (low, high) in enumerate(zip(record[::2], record[1::2], strict=True))]
-    assert dut.latency == documented_latency(TableCheck, CONFIG)
-
-    async def bench(ctx):
-        left, given = words[::-1], False
-        ctx.set(dut.limit, (1 << 32) - 1)
-        while len(found) < len(words):
-            given = bool(left) and (given or rng.random() >= stalls)
-            record, word, data = left[-1] if given else (rng.getrandbits(20), rng.getrandbits(2), rng.getrandbits(64))
-            ctx.set(dut.o.ready, rng.random() >= stalls)
-            ctx.set(dut.i.valid, given)
-            ctx.set(dut.i.payload.item, {"region": RegionNumber[region], "record": record, "word": word, "data": data})
-            if tables is not None:
-                name = RegionNumber(ctx.get(dut.table)).name.lower()
-                ctx.set(dut.limit, tables.get(name, (1 << 32) - 1))
-            if ctx.get(dut.o.valid & dut.o.ready):
-                found.append(Fault(ctx.get(dut.o.payload.fault)))
-            if given and ctx.get(dut.i.ready):
-                left.pop()
-                given = False
-            await ctx.tick()
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
-    size = len(words) // len(records)
+    idle, waits = ([draw.randrange(1, 4) * (draw.random() < stalls) for _ in words] for _ in range(2))
+    items = [(gap, {"item": word, "tag": 1}) for gap, word in zip(idle, words, strict=True)]
+    came = BENCH.run(Schedule(items={"i": items}, stalls={"o": waits}), region=RegionNumber[name.upper()].value,
+                     count=count)["o"]
+    assert [(one["item"], one["tag"]) for one in came] == [(word, 1) for word in words]
+    if not stalls:
+        assert BENCH.cycles["o"][0] - BENCH.cycles["i"][0] == documented_latency(TableCheck, CONFIG)
+    found, size = [Fault(one["fault"]) for one in came], len(words) // len(records)
     return [found[size * k:size * (k + 1)] for k in range(len(records))]
 
 
