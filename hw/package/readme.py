@@ -78,7 +78,7 @@ _HOST = """
 
 `make -C example check` needs Verilator 5, make, gcc and g++ (`VERILATOR=PATH` names another Verilator){job}. It
 
-1. translates `{name}.sv` to C++ and compiles it: minutes, but once for all jobs;
+1. translates `{name}.sv` to C++ and compiles it: a minute or two, once for all jobs;
 2. compiles the driver, and `example/cast_job.c` and `main.cpp` with the addresses of `job.h`;
 3. copies `job.bin` into the simulated main memory, gives the engine rings and windows, writes the doorbell, and waits
    for an interrupt for each completion record;

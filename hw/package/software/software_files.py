@@ -6,6 +6,7 @@ from pathlib import Path
 from golden.config import Config
 from hw.package.software.driver_files import driver_files
 from hw.package.software.sample_job import sample_job
+from hw.simulator.verilator import OPTIMIZATION
 
 __all__ = ["software_files"]
 
@@ -36,7 +37,8 @@ def software_files(name: str, *, config: Config, counters: Mapping[str, str], sh
     buses
         Those with a clock and a reset of their own; the simulation drives all clocks together.
     """
-    words = {"@NAME@": name, "@SHA256@": sha256, "@CLOCKS@": " = top.".join(["clk", *(f"{bus}_aclk" for bus in buses)]),
+    words = {"@NAME@": name, "@OPTIMIZATION@": OPTIMIZATION, "@SHA256@": sha256,
+             "@CLOCKS@": " = top.".join(["clk", *(f"{bus}_aclk" for bus in buses)]),
              "@RESETS@": "".join(f"        top.{bus}_aresetn = 1;\n" for bus in buses)}
 
     def filled(template):
