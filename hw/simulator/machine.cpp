@@ -92,8 +92,10 @@ struct Machine {
 
     // One clock cycle: memory's pins of the next cycle follow from those of this one.
     void step() {
-        const bool read_request = AXI(arvalid) && AXI(arready), write_request = AXI(awvalid) && AXI(awready);
-        const bool write_beat = AXI(wvalid) && AXI(wready);
+        // In a reset the pins may be anything, before the first clock of all.
+        const bool read_request = !top.rst && AXI(arvalid) && AXI(arready);
+        const bool write_request = !top.rst && AXI(awvalid) && AXI(awready);
+        const bool write_beat = !top.rst && AXI(wvalid) && AXI(wready);
         const bool taken = !AXI(rvalid) || AXI(rready), answered = !AXI(bvalid) || AXI(bready);
         const Burst read{0, AXI(araddr), AXI(arid), AXI(arlen) + 1U, OKAY};
         const Burst write{0, AXI(awaddr), AXI(awid), AXI(awlen) + 1U, OKAY};

@@ -9,6 +9,7 @@ from golden.jobs.job import Job, PhaseRequest, plan_job
 from hw.host import POLL, EngineError, Host
 from hw.simulator.simulated_port import SimulatedPort, complete
 from tb.lib.configurations import config_of
+from tb.system.checked_machine import checked_machine
 from tb.system.job_memory import JobMemory
 from tb.system.scenes import phase
 
@@ -61,7 +62,7 @@ class JobMachine:
     expected
         The results. Default: they are computed.
     memory
-        Parameters of `SimulatedPort`.
+        Parameters of `SimulatedPort`. Default: the library of `checked_machine`.
     """
 
     def __init__(self, job: Job, descriptors: np.ndarray | None = None, *, extra: Mapping[int, bytes] | None = None,
@@ -69,7 +70,8 @@ class JobMachine:
         self.job, self.config, self._extra = job, job.config, dict(extra or {})
         self._end = max([job.end, *(address + len(data) for address, data in self._extra.items())])
         self._base = max(0, job.base - _MARGIN)
-        self.port = SimulatedPort(self.config, size=self._end + _MARGIN - self._base, base=self._base, **memory)
+        self.port = SimulatedPort(self.config, size=self._end + _MARGIN - self._base, base=self._base,
+                                  **{"library": memory.get("library") or checked_machine(self.config)} | memory)
         self.host = Host(self.port, self.config)
         self.memory = expected or JobMemory(job, descriptors)
         complete(self.host.identify())

@@ -472,7 +472,7 @@ def faults_at_any_time(machine, draw):
 def test_faults_upon_faults(config, count):
     config = config_of(SMALL | config)
     clusters = config.noc.nodes
-    request = phase("cornell", config, cell=0.25, rays=(32, 16), points=POINTS[:3], sets="scheduled", clusters=clusters)
+    request = phase("cornell", config, cell=0.5, rays=(32, 8), points=POINTS[:2], sets="scheduled", clusters=clusters)
     job, found = plan_job((request, request), config, base=BASE), 0
     with JobMachine(job, latency=8, spread=8, shuffles=True) as machine:
         records = machine.right()
