@@ -27,7 +27,8 @@ __all__ = ["read_obj"]
 # Creases decide about smoothness (`golden.scene.mesh.mesh_scene`), not the normals of a file; groups are names.
 SKIPPED = ("vn", "g", "o", "s")
 # Statements of names, which may hold any character; in the others # begins a comment.
-NAMED = ("usemtl", "mtllib", "g", "o")
+GROUPS = ("g", "o")
+NAMED = ("usemtl", "mtllib", *GROUPS)
 
 
 def _statements(lines: list[str]) -> Iterator[tuple[int, str, str]]:
@@ -41,7 +42,9 @@ def _statements(lines: list[str]) -> Iterator[tuple[int, str, str]]:
                 text = re.split(r"(?:^|\s)#", line, maxsplit=1)[0]
                 continues = is_comment and bool(parts) and number < len(lines)  # it stands within a statement
         if text is line and "\\" in line and line.rstrip().endswith("\\"):
-            text, continues = line.rstrip()[:-1], number < len(lines)
+            # The name of a group is often a folder's; it is not used, but the next line is.
+            is_group = not parts and line.split(None, 1)[0] in GROUPS
+            text, continues = line.rstrip()[:-1], not is_group and number < len(lines)
         if parts or (text and not text.isspace()):
             parts.append(text)
         if parts and not continues:

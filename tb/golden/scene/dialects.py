@@ -108,7 +108,8 @@ def obj_dialects(draw):
             current = name
         lines.append("f " + draw(st.sampled_from((" ", "\t", " \\\n ", " \\ \n"))).join(words)
                      + draw(st.sampled_from(("", " ", " # f 1 2 3"))))
-        lines.append(draw(st.sampled_from(("", "# from C:\\models\\", "g part #1", "o Tür", "s off", "vn 0 0 1"))))
+        lines.append(draw(st.sampled_from(("", "# from C:\\models\\", "g C:\\parts\\", "g part #1", "o Tür", "s off",
+                                           "vn 0 0 1"))))
     lines.insert(draw(st.sampled_from((0, len(lines)))), head)
     text = "\n".join(lines) + draw(st.sampled_from(("", "\n", " \\")) if lines[-1] == "" else st.just("\n"))
     picture = BytesIO()
