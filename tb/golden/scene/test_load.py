@@ -400,18 +400,3 @@ def test_a_fault_of_a_reader_is_not_blamed_on_the_file(tmp_path, monkeypatch, na
 def test_a_gltf_member_of_the_wrong_type_is_named(tmp_path, changes, message):
     path = gltf(tmp_path, **changes)
     assert refusal(path).startswith(f"{path}: {message}")
-
-
-@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
-@pytest.mark.parametrize("name", ["quads.obj", "little.ply", "text.ply", "binary.stl", "text.stl", "mesh.glb"])
-def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, name):
-    content = FORMATS[name](BOX, BOX_QUADS)
-    content = content.encode() if isinstance(content, str) else content
-    random = np.random.default_rng(8)
-    for _ in range(60):
-        damaged = bytearray(content)
-        for offset in random.integers(0, len(damaged), 4):
-            damaged[offset] = random.integers(0, 256)
-        path = write(tmp_path, name, bytes(damaged[:random.integers(len(damaged) // 2, len(damaged) + 1)]))
-        message = refusal(path)
-        assert message is None or (message.startswith(str(path)) and "\n" not in message)
