@@ -12,19 +12,14 @@ __all__ = ["caught_warnings", "warn"]
 _caught: ContextVar[list[str] | None] = ContextVar("caught", default=None)
 
 
-def warn(message: str, *, stacklevel: int = 1) -> None:
-    """Warn by an `InputWarning`, or add the message to those that this thread catches.
+def warn(message: str) -> None:
+    """Warn by an `InputWarning`, or add the message, one line, to those that this thread catches.
 
-    Parameters
-    ----------
-    message
-        One line.
-    stacklevel
-        How many callers above the one of this function the warning is about.
+    The warning is about the caller of the function that calls this one.
     """
     caught = _caught.get()
     if caught is None:
-        warnings.warn(message, InputWarning, stacklevel=stacklevel + 2)
+        warnings.warn(message, InputWarning, stacklevel=3)
     else:
         caught.append(message)
 

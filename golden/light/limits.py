@@ -1,6 +1,5 @@
 """Light in a scene that the two passes do not compute."""
 
-
 import numpy as np
 
 from golden.input_warnings import warn

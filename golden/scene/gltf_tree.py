@@ -249,6 +249,7 @@ _TREE = _object(
     meshes=_list(_MESH), scene=_whole, scenes=_list(_object(nodes=_list(_whole))), nodes=_list(_NODE),
     cameras=_list(_object(perspective=_object(("yfov",), yfov=_number))), materials=_list(_MATERIAL),
     extensions=_object(KHR_lights_punctual=_LIGHTS), extensionsUsed=_list(_text), extensionsRequired=_list(_text),
+    animations=_list(_object()), skins=_list(_object()),
     textures=_list(_object(sampler=_count, source=_count, extensions=_object(
         EXT_texture_webp=_object(("source",), source=_count)))), samplers=_list(_object(wrapS=_count, wrapT=_count)),
     buffers=_list(_object(("byteLength",), uri=_text, byteLength=_count)), images=_list(_object(

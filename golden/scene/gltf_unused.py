@@ -67,5 +67,5 @@ def _add_material(unused: Unused, material: dict) -> None:
     unused.add("metallicRoughnessTexture", "metallicRoughnessTexture" in pbr)
     unused.add("alphaMode MASK", material.get("alphaMode") == "MASK")
     for name, extension in material.get("extensions", {}).items():
-        for member in extension if name in USED else ():
+        for member in extension if name in USED and isinstance(extension, dict) else ():
             unused.add(f"{name}.{member}", member not in USED[name])

@@ -25,6 +25,7 @@ LONGEST = 400
 
 Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
+
 def _read(path: Path, up, facets: bool) -> Scene:
     """The scene of a file with the reader of its suffix."""
     suffix, name, where = path.suffix.lower(), path.stem, str(path)

@@ -24,7 +24,7 @@ class Scene:
     float64 coordinates at a shared corner, so that casting loses no ray between them. The front of a patch is
     the side from which its vertices run counter-clockwise.
 
-    A scene does not change: its arrays, and those that follow from them, are copies that cannot be written.
+    A scene does not change: its arrays, and those that follow from them, are read-only.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ class Scene:
 
 
 def _constant(array):
-    """The array, or a copy if others may write to it, which nobody can write."""
+    """A read-only array: the given one, or a copy if it can be written."""
     if array.flags.writeable:
         array = array.copy()
         array.setflags(write=False)

@@ -15,7 +15,6 @@ from hw.registers.error_code import ErrorCode
 __all__ = ["DescriptorCheck"]
 
 
-
 class DescriptorCheck(wiring.Component):
     """Compares the words of a descriptor with the rules of `golden.jobs.descriptor.RULES`.
 

@@ -66,7 +66,7 @@ class LocalBusInterface(wiring.Component):
     def __init__(self, *, config: Config):
         self._config, self._formats, self._icu = config, PathFormats(config), Formats(config)
         formats, icu = self._formats, self._icu
-        # Cells and patches in flight, which who uses the interface checks to be none in the end.
+        # Cells and patches in flight; the memory system checks that none is left when a frustum begins.
         self.gates = [CreditGate(shape, credits=config.memsys.bus_requests)
                       for shape in (formats.cell_bits, icu.patch)]
         self._listed = StructLayout({"item": formats.cell_beat, "last": 1})

@@ -102,7 +102,7 @@ class PatchStore(wiring.Component):
             "o_fetch": Out(stream.Signature(request)), "i_fill": In(vertices),
             "i_lost": In(stream.Signature(formats.patch)), "o_stored": Out(vertices), "o_passed": Out(vertices),
             "lost": Out(2), "hits": Out(32), "misses": Out(32)})
-        # Entries in flight, which who uses the store checks to be free in the end.
+        # Entries in flight; the memory system checks that all are free when a frustum begins.
         self.taken = Signal(requests)
         # A request in flight, from its lookup until its last vertex has left.
         self._entry = StructLayout({"patch": formats.patch, "frame": range(frames), "is_stored": 1})

@@ -154,12 +154,15 @@ def _radiosity(matrix: sparse.csr_array, reflected: np.ndarray, own: np.ndarray)
     radiosity = own.copy()
     if not own.any() or not reflected.any():
         return radiosity
-    for search in (*[_searched] * _SEARCHES, _eliminated, _eliminated):
+    searches = iter((*[_searched] * _SEARCHES, _eliminated, _eliminated))
+    while True:
         residual = own - radiosity + reflected * (matrix @ radiosity)
         if np.abs(residual).max() <= _EXACT * (np.abs(radiosity).max() + np.abs(own).max()):
             return radiosity
+        search = next(searches, None)
+        if search is None:
+            raise InputError("exchange: float64 does not resolve the radiosities")
         radiosity += search(matrix, reflected, residual)
-    raise InputError("exchange: float64 does not resolve the radiosities")
 
 
 def _searched(matrix, reflected, own):

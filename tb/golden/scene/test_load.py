@@ -395,8 +395,14 @@ def test_a_fault_of_a_reader_is_not_blamed_on_the_file(tmp_path, monkeypatch, na
     ({"scene": 2}, "scene must be the index of one of 1 entries, not 2"),
     ({"scenes": {}}, "scenes must be a list, not {}"),
     ({"extensionsUsed": [1]}, "extensionsUsed[0] must be a string, not 1"),
+    ({"animations": 5}, "animations must be a list, not 5"),
+    ({"skins": ["two"]}, "skins[0] must be an object, not 'two'"),
     ({"asset": 2}, "not a readable GLB file (it is not of version 2)"),
 ])
 def test_a_gltf_member_of_the_wrong_type_is_named(tmp_path, changes, message):
     path = gltf(tmp_path, **changes)
     assert refusal(path).startswith(f"{path}: {message}")
+
+
+def test_an_extension_that_no_material_has_may_have_any_type(tmp_path):
+    assert len(load_scene(gltf(tmp_path, materials=[{"extensions": {"KHR_mesh_quantization": 5}}])))

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from golden.errors import InputError
+from golden.light.factors import exchange
 from golden.light.factors.exchange import STEFAN_BOLTZMANN, net_exchange, script_f
 from golden.light.factors.view_factors import ViewFactors
 from tb.golden.light.solvers.systems import DUCT_FACTORS
@@ -134,6 +135,21 @@ def test_rooms_in_a_row_are_in_balance_beside_dark_mirrors():
                          emissivity=[0.1] * 300 + [0.0] * 2, flux=[np.nan] + [0.0] * 299 + [np.nan] * 2)
     np.testing.assert_allclose(found.temperature[:300], 1500, rtol=1e-8)
     np.testing.assert_array_equal(found.radiosity[-2:], 0)
+
+
+def test_what_the_last_elimination_leaves_counts(monkeypatch):
+    """Searches that find nothing, and eliminations in float32: the second one corrects the first."""
+    eliminated = exchange._eliminated
+
+    def in_float32(*system):
+        return eliminated(*system).astype(np.float32)
+
+    monkeypatch.setattr(exchange, "_searched", lambda matrix, reflected, own: np.zeros_like(own))
+    monkeypatch.setattr(exchange, "_eliminated", in_float32)
+    emissivity, emitted = np.array([0.8, 0.3]), black(900.0, 300.0)
+    found = net_exchange(BODY, temperature=(900.0, 300.0), emissivity=emissivity)
+    expected = np.linalg.solve(np.eye(2) - (1 - emissivity)[:, None] * BODY.F.toarray(), emissivity * emitted)
+    np.testing.assert_allclose(found.radiosity, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("emissivity", [0.5, 1e-3, 1e-6])
