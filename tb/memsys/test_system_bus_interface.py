@@ -72,12 +72,18 @@ def is_unreadable(kind, key):
 def vectors(policy, count, *, seed, fails=False):
     """Requests from empty caches on; memory cannot read all bytes if it ``fails``."""
     requests, expected = SCENE.requests(count, seed), {}
+    if not fails:
+        # An error empties the cache.
+        requests = [one for one in requests if not SCENE.reply(one[1], 0, one[2], 0)[0]["error"]]
     for kind in RequestKind:
         mine = [(cluster, key) for cluster, which, key in requests if which is kind]
-        hits = SCENE.hits(mine, policy.name.lower(), LINES)
-        expected[f"o_reply__{kind.value}"] = [beat for (cluster, key), hit in zip(mine, hits, strict=True)
-                                              for beat in SCENE.reply(kind, cluster, key, hit,
-                                                                      failed=bool(fails) and is_unreadable(kind, key))]
+        hits, replies, known = SCENE.hits(mine, policy.name.lower(), LINES), [], True
+        for (cluster, key), hit in zip(mine, hits, strict=True):
+            reply = SCENE.reply(kind, cluster, key, hit, failed=bool(fails) and is_unreadable(kind, key))
+            replies += reply if known else [{**beat, "hit": None} for beat in reply]
+            # After the first error lines are emptied at a time of the cache's own.
+            known = known and not reply[0]["error"]
+        expected[f"o_reply__{kind.value}"] = replies
     return Vectors(first={"i_invalidate": [policy.value]}, inputs={"i_request": bus_requests(requests)},
                    expected=expected, ports=PORTS, about=UNREADABLE if fails else ())
 
