@@ -20,6 +20,7 @@ from cocotb_tools.check_results import get_results
 from cocotb_tools.runner import Runner, Verilator, get_runner
 
 from hw.export import verilog_of
+from hw.plain_verilog import plain_verilog
 from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
 from hw.simulator.verilator import OPTIMIZATION, verilator_package, verilator_version
 from tb.lib.bench_view import named_states, write_bench_view
@@ -218,6 +219,9 @@ class Simulation:
     """
 
     def __init__(self, text: str, simulator: str = "verilator", *, visible: tuple[str, ...] = (), waves: bool = False):
+        if simulator == "icarus":
+            # In an always_comb it waits for all bits of a vector, so blocks that write parts of one wake each other.
+            text = plain_verilog(text)
         self._text, self._simulator, self._visible, self._waves = text, simulator, visible, waves
         key = content_key(text, _version(simulator), _FLAGS[simulator], _MAKE, waves and _waves_format(), visible)
         self._folder = (BUILD / "builds" / f"{simulator}-{key}").resolve()
