@@ -31,7 +31,8 @@ __all__ = ["ImageFrusta", "JobFiles", "job_files", "write_image"]
 # Rays of a frustum for each ray cast to schedule it.
 RATIO = 16
 
-_RESULTS = re.compile(rb"((hit|sum)( -?[0-9]+)+\n)*")
+# Possessive: a place to return to for each number would take a hundred times the memory of the file.
+_RESULTS = re.compile(rb"(?:(?:hit|sum)(?: -?[0-9]++)++\n)*+")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,9 +25,9 @@ _FORMATS = """\
 ## What results mean
 
 * A stored inverse distance n of more than 0 is (1 + f 2^-F) 2^(e - B), where f is n modulo 2^F and e is n divided by
-  2^F; the manifest has F and B (`results.inverse`), and so has `job.h`. Its reciprocal times `RADIOSITY_JOB_UNIT` is
-  the distance of the hit in units of the scene, of a screen the depth along its view. The largest n is this near or
-  nearer, n = 1 is a patch that the ray sees edge-on.
+  2^F, rounded down; the manifest has F and B (`results.inverse`), and so has `job.h`. Its reciprocal times
+  `RADIOSITY_JOB_UNIT` is the distance of the hit in units of the scene, of a screen the depth along its view. The
+  largest n is this near or nearer, n = 1 is a patch that the ray sees edge-on.
 * Column k of a hemisphere has the azimuth (k + 1/2) 2 pi / columns, row k the angle (k + 1/2) (pi / 2) / rows from the
   normal. Column k of a screen is at x = (2 k + 1 - columns) / 2^`column_bits`, row k, downwards, at
   y = (2 k + 1 - rows) / 2^`row_bits`. `columns` and `rows` of an image have the cosines and sines, or these numbers.

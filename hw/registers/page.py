@@ -22,7 +22,8 @@ Registers of 64 bits are at multiples of 8 and take two words. Write the low wor
 effect by itself, and the machine takes both over when it is idle. Answered with SLVERR, and without any effect, are an
 access to an address without a register, a write to a read-only register, and a write of a value that the register must
 not have: bits beyond those of the register are 0, and the meaning states further rules. Bytes without a strobe keep
-their value, those of a command are 0; a write without strobes changes nothing and is no command.
+their value, those of a command are 0; a write without strobes changes nothing and is no command. Further bits of a
+command and of `interrupt` are ignored.
 
 {registers}
 ## A job

@@ -1,5 +1,7 @@
 """The ``image`` command: what it prints and writes, and what it refuses."""
 
+import tracemalloc
+
 import pytest
 
 from golden.commands.choices import HIT_FORMATS
@@ -7,6 +9,7 @@ from golden.config import PRESETS
 from golden.jobs.descriptor import DESCRIPTOR, parse_descriptors
 from golden.jobs.result_formats import HitFormat
 from golden.memory_map import from_bytes
+from golden.tasks.image import write_image
 from tb.golden.commands.runner import report, run
 from tb.golden.jobs.manifests import write_manifest
 
@@ -62,6 +65,16 @@ def test_a_file_that_holds_no_results_stays_as_it_is(manifest, tmp_path, more):
         2, f"error: output {str(mine)!r}: it holds no results of a job, so it is not replaced\n")
     assert mine.read_text() == "hit 0 0 0 4 1 2 3\nmy notes\n"
     assert not (tmp_path / "job.bin").exists()
+
+
+def test_results_are_recognised_in_little_more_memory_than_they_take(tmp_path):
+    size = (tmp_path / "job.txt").write_text("hit 0 12 13 4055 123456 17 200\n" * 30000)
+    tracemalloc.start()
+    with pytest.raises(FileNotFoundError, match="none"):
+        write_image("cornell", None, tmp_path / "none.json", tmp_path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 4 * size
 
 
 @pytest.mark.parametrize(("frusta", "count", "rays"), [
