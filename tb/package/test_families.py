@@ -13,7 +13,7 @@ FAMILIES = {"ecp5": "map_gates", "ice40": "map_gates", "gatemate": "map_gates", 
 WITH_LUT_MEMORIES = ["ecp5", "gowin", "xilinx -family xc7", "intel_alm", "nexus"]
 
 
-def mapped(folder, top, family, kind, *options):
+def assert_mapped(folder, top, family, kind, *options):
     """Run a family's synthesis of a core; memories that stay unmapped are an error."""
     read = "read_verilog -sv" if kind == "sv" else "read_verilog"
     yosys(folder / f"{family.split()[0]}.log", f"{read} radiosity_{top}.{kind}",
@@ -23,21 +23,21 @@ def mapped(folder, top, family, kind, *options):
 @pytest.mark.parametrize("family", ["ice40", "gatemate"])
 def test_memories_of_the_router_map_where_a_kind_of_memory_would_be_refused(family, router):
     """These two have no memory in LUTs, and abort where an attribute requires one."""
-    mapped(router[0], "router", family, "v", f"-run begin:{FAMILIES[family]}")
+    assert_mapped(router[0], "router", family, "v", f"-run begin:{FAMILIES[family]}")
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["sv", "v"])
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_router_in_each_family(family, kind, router):
-    mapped(router[0], "router", family, kind)
+    assert_mapped(router[0], "router", family, kind)
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_intersection_unit_in_each_family(family, tmp_path):
     written(tmp_path, "--top", "icu", "--preset", "tiny")
-    mapped(tmp_path, "icu", family, "sv")
+    assert_mapped(tmp_path, "icu", family, "sv")
 
 
 @pytest.mark.nightly
@@ -45,11 +45,11 @@ def test_the_intersection_unit_in_each_family(family, tmp_path):
 @pytest.mark.parametrize("top", ["ctu", "cluster"])
 def test_memories_of_large_tops(top, family, tmp_path):
     written(tmp_path, "--top", top, "--preset", "tiny")
-    mapped(tmp_path, top, family, "sv", f"-run begin:{FAMILIES[family]}")
+    assert_mapped(tmp_path, top, family, "sv", f"-run begin:{FAMILIES[family]}")
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("top", ["engine", "async_engine"])
 def test_memories_of_engines(top, tmp_path):
     written(tmp_path, "--top", top, "--preset", "tiny", "-P", "noc.columns=1", "-P", "noc.rows=1")
-    mapped(tmp_path, top, "ecp5", "sv", "-run begin:map_gates")
+    assert_mapped(tmp_path, top, "ecp5", "sv", "-run begin:map_gates")
