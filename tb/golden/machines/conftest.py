@@ -1,11 +1,12 @@
 """Tests of simulated machines run in one process: the others need not compile the same simulators beside it."""
 
-from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
-from tb.golden.machines.interpreted import interpreted_kernels
+from tb.golden.machines.interpreted import interpreted
+
+__all__ = ["interpreted"]
 
 
 # Before pytest-xdist, which reads the marks in the same hook.
@@ -15,10 +16,3 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if Path(__file__).parent in item.path.parents:
             item.add_marker(pytest.mark.xdist_group("machines"))
-
-
-@pytest.fixture
-def interpreted(request):
-    """`interpreted_kernels`, but for the nightly's tests, which run longer."""
-    with nullcontext() if request.node.get_closest_marker("nightly") else interpreted_kernels():
-        yield

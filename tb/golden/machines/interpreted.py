@@ -1,20 +1,20 @@
 """Kernels of machines that Python runs as they are written."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import pytest
 
 from golden.compiled import is_compiler_active
 
-__all__ = ["interpreted_kernels"]
+__all__ = ["interpreted"]
 
 
-@contextmanager
-def interpreted_kernels() -> Iterator[None]:
-    """A context in which Python runs the kernels of machines: compiling one takes longer than many small runs."""
+@pytest.fixture
+def interpreted(request):
+    """Python runs the kernels of machines, since compiling one takes longer than many small runs.
+
+    Those of the nightly's tests are compiled.
+    """
     with pytest.MonkeyPatch.context() as patch:
-        if is_compiler_active():
+        if is_compiler_active() and not request.node.get_closest_marker("nightly"):
             from golden.kernel_dispatcher import KernelDispatcher
 
             def call(kernel, *given, **named):
