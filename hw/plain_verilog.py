@@ -231,10 +231,12 @@ def _number(bits):
 
 
 def _equal(selector, label):
-    """Whether a selector has the value of a label."""
-    if "?" in label:
-        raise ValueError(label)
-    return f"{selector} == {label}"
+    """Whether a selector has the value of a label, of which a ``?`` is any digit."""
+    if "?" not in label:
+        return f"{selector} == {label}"
+    digits = "".join(reversed(_digits(label)))
+    cared = _number("".join("0" if digit == "?" else "1" for digit in digits))
+    return f"({selector} & {cared}) == {_number(digits.replace('?', '0'))}"
 
 
 def _targets(statements, path=()):

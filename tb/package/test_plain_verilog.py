@@ -63,6 +63,17 @@ BLOCKS = {
           q = { a[1:0], s[2], 1'h1 };
     endcase
 """,
+    "any digits of a wide selector": """\
+    q = a;
+    casez ({ s, a })
+      7'b1???0?1, 7'b01?????:
+          q = b;
+      7'h?8:
+          q = 4'h3;
+      7'h??:
+          q = { s, a[0] };
+    endcase
+""",
     "parts": """\
     { q[3], q[0] } = 2'h2;
     if (s[0]) begin

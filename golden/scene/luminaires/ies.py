@@ -48,7 +48,7 @@ def read_ies(data: bytes) -> PhotometryFile:
     if start is None:
         raise InputError("it has no line TILT=")
     tilt = _TILT.fullmatch(lines[start])[1].upper()
-    edition = _EDITION.match(lines[0])
+    edition = _EDITION.match(next(filter(str.strip, lines)))
     has_type = edition is not None and int(edition[1]) >= _GENERATION_TYPES
 
     def read(commas):

@@ -18,7 +18,8 @@ def candela(text):
 
 
 @pytest.mark.parametrize(("edition", "lamp", "factor"), [
-    ("IESNA:LM-63-2002", 1.1, 1.1), ("IESNA91", 1.1, 1.1), ("IES:LM-63-2019", 1.111, 1)])
+    ("IESNA:LM-63-2002", 1.1, 1.1), ("IESNA91", 1.1, 1.1), ("IES:LM-63-2019", 1.111, 1),
+    ("\n \nIES:LM-63-2019", 1.111, 1)])
 def test_the_type_of_generation_of_an_edition_is_no_factor(edition, lamp, factor):
     assert candela(ies(lamp=lamp).replace("IESNA:LM-63-2002", edition)) == {0: pytest.approx([100 * factor] * 3)}
 
