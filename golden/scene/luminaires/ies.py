@@ -16,7 +16,6 @@ _FOOT = 0.3048
 # Last horizontal angles, and where the light is mirrored to make a whole turn of them.
 _SYMMETRIES = {90: (90, 180), 180: (180,), 360: ()}
 
-
 _TILT = re.compile(r"\s*TILT\s*=\s*(.*?)\s*", re.IGNORECASE)
 _EDITION = re.compile(r"\s*IES(?:NA)?:LM-63-(\d+)", re.IGNORECASE)
 # From this edition on a second ballast factor is the type of the file's generation.
