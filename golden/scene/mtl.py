@@ -231,6 +231,9 @@ def _picture(folder, text: str, where: str, unused: Unused) -> dict:
         The picture cannot be read.
     """
     path, options = _named(folder, text)
+    if path == folder:
+        unused.add("'map_Kd' without a name")
+        return {}
     for option in options.keys() - {"-clamp", "-s", "-o"}:
         unused.add(f"{option!r} of 'map_Kd'")
     scale, offset = (_pair(options.get(name, []), default, where) for name, default in (("-s", 1.0), ("-o", 0.0)))

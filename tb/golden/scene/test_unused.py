@@ -57,6 +57,7 @@ LIBRARIES = {
     "map_Kd -s 2 2 1 -clamp on -bm 0.5 a.png": "not used: '-bm' of 'map_Kd'",
     "Kd 0 0 0\nmap_Kd a.png -texres 9": "not used: '-texres' of 'map_Kd', 'Kd' of 0 with a picture",
     "map_Kd clear.png": "not used: alpha of 'map_Kd'",
+    "map_Kd -clamp on": "not used: 'map_Kd' without a name",
     "map_Kd gone away.png": "a.mtl:2: there is no picture 'gone away.png': 'Kd' alone is used",
 }
 FACE = SQUARE + "f 1 2 3\n"
