@@ -12,7 +12,7 @@ from golden.scene.material import Material
 from golden.scene.texture import Texture, join_halves
 from golden.scene.unused import Unused
 
-__all__ = ["TRIANGLES", "GltfFaces", "corner_triangles", "gltf_faces"]
+__all__ = ["TRIANGLES", "GltfFaces", "gltf_faces"]
 
 TRIANGLES = (4, 5, 6)
 """Modes of primitives that are read: triangles, their strips and their fans."""
@@ -45,7 +45,7 @@ class GltfFaces:
     colour: np.ndarray | None = None
 
 
-def corner_triangles(mode: int, count: int) -> np.ndarray:
+def _corner_triangles(mode: int, count: int) -> np.ndarray:
     """F x 3 places of the corners among ``count`` ones of a mode; corners of an incomplete triangle are left out."""
     if mode == 4:
         return np.arange(count - count % 3).reshape(-1, 3)
@@ -84,7 +84,7 @@ def gltf_faces(primitive: dict, where: str, tree: dict, buffers: GltfBuffers, un
         corners = corners.astype(np.int64)
     if len(corners) and corners.max() >= len(points):
         raise InputError(f"{where} has a corner at vertex {corners.max() + 1}, but {len(points)} vertices")
-    faces = corners[corner_triangles(mode, len(corners))]
+    faces = corners[_corner_triangles(mode, len(corners))]
     unused.add("corners of an incomplete triangle", len(corners) % 3 if mode == 4 else 0)
     if mode == 5:  # triangles with a corner twice join the parts of a strip
         faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
