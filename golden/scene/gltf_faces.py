@@ -85,7 +85,8 @@ def gltf_faces(primitive: dict, where: str, tree: dict, buffers: GltfBuffers, un
     if len(corners) and corners.max() >= len(points):
         raise InputError(f"{where} has a corner at vertex {corners.max() + 1}, but {len(points)} vertices")
     faces = corners[_corner_triangles(mode, len(corners))]
-    unused.add("corners of an incomplete triangle", len(corners) % 3 if mode == 4 else 0)
+    incomplete = len(corners) % 3 if mode == 4 else len(corners) * (len(corners) < 3)
+    unused.add("corners of an incomplete triangle", incomplete)
     if mode == 5:  # triangles with a corner twice join the parts of a strip
         faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     if not len(faces):

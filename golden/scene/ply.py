@@ -263,13 +263,15 @@ def _corner_lists(element: _Element) -> tuple[str, tuple[np.ndarray, np.ndarray]
     return "", None
 
 
-def _strips(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
+def _strips(counts: np.ndarray, corners: np.ndarray, unused: Unused) -> np.ndarray:
     """T x 3 corners of the triangles of strips, which -1 parts; every other one is wound the other way."""
     begins = np.zeros(len(corners), dtype=bool)
     begins[(np.cumsum(counts) - counts)[counts > 0]] = True
     begins[1:] |= corners[:-1] == -1
     part = np.cumsum(begins) - 1
     first = np.flatnonzero((part[:-2] == part[2:]) & (corners[:-2] != -1) & (corners[2:] != -1))
+    sizes = np.bincount(part[corners != -1], minlength=1)
+    unused.add("corners of an incomplete triangle", int(sizes[sizes < 3].sum()))
     odd = (first - np.flatnonzero(begins)[part[first]]) % 2
     triangles = corners[np.stack((first + odd, first + 1 - odd, first + 2), axis=1)]
     # Triangles with a corner twice only join parts of a strip.
@@ -313,7 +315,7 @@ def read_ply(path: Path) -> Mesh:
     used_of_strips, strip_lists = _corner_lists(strips)
     counts, corners = (side.astype(np.int64) for side in lists or (np.empty(0), np.empty(0)))
     if strip_lists is not None:
-        triangles = _strips(*(side.astype(np.int64) for side in strip_lists))
+        triangles = _strips(*(side.astype(np.int64) for side in strip_lists), unused)
         counts = np.append(counts, np.full(len(triangles), 3))
         corners = np.append(corners, triangles)
     if not len(counts):

@@ -1,15 +1,17 @@
 """The files of a core: Verilog, constraints, a manifest and a page."""
 
 import json
+from importlib.metadata import version
 from pathlib import Path
 
 from golden.config import Config
 from golden.output import whole_file
+from golden.package_version import DISTRIBUTION, package_version
 from hw.cluster import COUNTERS
 from hw.output import write_text
 from hw.package.constraints import lpf, sdc, xdc
 from hw.package.crossings import crossings, with_synchronisers
-from hw.package.manifest import core_version, manifest
+from hw.package.manifest import manifest
 from hw.package.notice import LICENSE, with_notice
 from hw.package.pages import core_pages
 from hw.package.readme import readme
@@ -85,7 +87,8 @@ def core_files(top: str, *, config: Config, preset: str, period: float | None = 
     if TOPS[top].buses:
         text = with_synchronisers(text)
     crossed = crossings(text, name) if TOPS[top].buses else []
-    head = f"// {about}.\n// Radiosity Engine {core_version()}, preset {preset}. Parameters and ports: {name}.json\n\n"
+    head = (f"// {about}.\n"
+            f"// Radiosity Engine {package_version()}, preset {preset}. Parameters and ports: {name}.json\n\n")
     text, plain = with_notice(f"{name}.sv", head + text), head + plain_verilog(text)
     facts = manifest(top, name, config=config, preset=preset, text=text)
     files = {
@@ -114,10 +117,11 @@ def core_files(top: str, *, config: Config, preset: str, period: float | None = 
 
 
 def _fusesoc(name, about, *, has_job):
+    # Of versions with a commit FuseSoC makes none.
     simulation, target = (_SIMULATION.format(name=name), _SIMULATION_TARGET.format(name=name)) if has_job else ("", "")
     return f"""\
 CAPI=2:
-name: radiosity::{name}:{core_version()}
+name: radiosity::{name}:{version(DISTRIBUTION)}
 description: {json.dumps(about)}
 filesets:
   rtl:

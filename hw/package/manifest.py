@@ -1,7 +1,6 @@
 """The manifest of a core: what a program must know of it."""
 
 import hashlib
-import importlib.metadata
 
 from amaranth.lib.data import Layout
 from amaranth.lib.wiring import In
@@ -12,6 +11,7 @@ from golden.jobs.descriptor import VERSION as DESCRIPTOR_VERSION
 from golden.memory_map.layout import MAGIC as IMAGE_MAGIC
 from golden.memory_map.layout import REGIONS
 from golden.memory_map.layout import VERSION as IMAGE_VERSION
+from golden.package_version import package_version
 from hw.cluster import COUNTERS
 from hw.lib.black_box import flatten
 from hw.lib.inspection import inspect
@@ -24,12 +24,7 @@ from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_RE
 from hw.registers.error_code import ABOUT, ErrorCode
 from hw.registers.register import WORD_BYTES, Access, addresses
 
-__all__ = ["core_version", "manifest"]
-
-
-def core_version() -> str:
-    """That of the package."""
-    return importlib.metadata.version("radiosity-engine")
+__all__ = ["manifest"]
 
 
 def manifest(top: str, name: str, *, config: Config, preset: str, text: str) -> dict[str, object]:
@@ -47,8 +42,8 @@ def manifest(top: str, name: str, *, config: Config, preset: str, text: str) -> 
     ports = [{"name": "clk", "direction": "input", "width": 1}, {"name": "rst", "direction": "input", "width": 1}]
     ports += inspect(lambda: TOPS[top].make(config), _ports)
     facts = {
-        "name": name, "about": TOPS[top].about, "version": core_version(), "licence": LICENCE, "copyright": COPYRIGHT,
-        "preset": preset,
+        "name": name, "about": TOPS[top].about, "version": package_version(), "licence": LICENCE,
+        "copyright": COPYRIGHT, "preset": preset,
         "parameters": config.parameters(), "clock": {"port": "clk", "edge": "rising"},
         "reset": {"port": "rst", "active": "high", "synchronous": True}, "ports": ports,
         "latencies": unit_latencies(*(make(config) for make in (TOPS[top].make, *TOPS[top].parts))),

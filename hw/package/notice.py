@@ -4,12 +4,14 @@ import importlib.metadata
 import re
 from pathlib import PurePosixPath
 
+from golden.package_version import DISTRIBUTION
+
 __all__ = ["COPYRIGHT", "LICENCE", "LICENSE", "with_notice"]
 
-_DISTRIBUTION = importlib.metadata.distribution("radiosity-engine")
+_PACKAGE = importlib.metadata.distribution(DISTRIBUTION)
 # The licence by its name for machines, and its text, whose condition is that copies retain it.
-LICENCE = _DISTRIBUTION.metadata["License-Expression"]
-LICENSE = _DISTRIBUTION.read_text("licenses/LICENSE")
+LICENCE = _PACKAGE.metadata["License-Expression"]
+LICENSE = _PACKAGE.read_text("licenses/LICENSE")
 COPYRIGHT = re.search(r"Copyright .*", LICENSE)[0]
 # By the end of a file's name: how a line becomes a comment.
 _COMMENTS = {

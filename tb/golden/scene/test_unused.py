@@ -39,6 +39,12 @@ TREES = {
               "not used: points and lines"),
     "corners": ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]},
                 "not used: corners of an incomplete triangle"),
+    "strip": ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1},
+                                          {"attributes": {"POSITION": 0}, "indices": 2, "mode": 5}]}],
+               "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+                             *({"bufferView": 1, "componentType": 5123, "count": count, "type": "SCALAR"}
+                               for count in (6, 2))]},
+              "not used: corners of an incomplete triangle (2)"),
     "picture": ({"materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
                  "textures": [{"source": 0}], "images": [{"uri": "my%20wall.png"}]},
                 "there is no picture 'my wall.png': baseColorTexture 0 is not used"),
@@ -85,6 +91,8 @@ FILES = {
         b"uchar green", b"float green").replace(b"uchar blue", b"float blue"), "not used: colours beyond 0 to 1"),
     "words.ply": (HEXAGON + b"1 2 3\n", "not used: words behind the last row (3)"),
     "bytes.ply": (ply(ELL, [tuple(range(6))], kind="binary_big_endian") + b"\n", "not used: bytes behind the last row"),
+    "strips.ply": (ply(ELL, [], kind="ascii").replace(b"element face 0", b"element tristrips 1")
+                   + b"7 0 1 2 -1 4 5 -1\n", "not used: corners of an incomplete triangle (2)"),
     "coloured.stl": (b"\0" * 80 + struct.pack("<I12fH", 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 31),
                      "not used: attributes of facets"),
     "longer.stl": (b"\0" * 80 + struct.pack("<I12fH", 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0) + b"\n",
