@@ -69,7 +69,7 @@ test: lint ## what every commit must pass: golden model, product, a bench of eac
 	@# pytest takes a third of its start to prepare assertions that print their values: only those that fail need it.
 	@$(PYTEST) --assert=plain -m "not nightly and not sim" || { \
 	  code=$$?; echo "== those that failed again, with the values of their assertions"; \
-	  [ $$code -eq 1 ] && $(BIN)/pytest --last-failed --last-failed-no-failures none -m "not nightly and not sim"; \
+	  [ $$code -eq 1 ] && $(PYTEST) --last-failed --last-failed-no-failures none -m "not nightly and not sim"; \
 	  exit $$code; }
 
 sim: $(STAMP) ## the regressions of the hardware: cocotb in Verilator and Icarus, proofs, engines; BLOCK=icu for one block
