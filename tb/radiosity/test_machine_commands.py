@@ -29,16 +29,14 @@ from hw.ctu.ctu_formats import GRID_GROUP
 from hw.host import EngineError, EngineTimeoutError
 from hw.memsys.cache_policy import CachePolicy
 from hw.registers.error_code import ErrorCode
-from hw.simulator import simulated_port
 from hw.simulator.cast_report import cast_report
 from hw.simulator.job_result import SHARED_COUNTERS, FrustumResult, JobCycles, JobResult
 from hw.simulator.machine_caster import MachineCaster
-from hw.simulator.machine_library import machine_library
 from hw.simulator.simulated_machine import SAMPLE_CYCLES
 from hw.simulator.simulation_config import overridden, overridden_text, simulation_config
 from hw.simulator.utilization import SAMPLED, utilization
 from radiosity.machine_cast import write_counters
-from tb.system.checked_machine import checked_machine
+from tb.system.checked_machine import use_checked_machines
 from tb.system.job_machine import SMALL, TWO_CLUSTERS
 
 # The small machine of two clusters that tb/system has too.
@@ -52,8 +50,7 @@ ON = ("--method", "machine")
 @pytest.fixture(autouse=True)
 def machine(monkeypatch):
     """Commands cast on the machine that tb/system has built, which checks the rules of its components."""
-    monkeypatch.setattr(simulated_port, "machine_library", lambda config, *, traced=False, progress=None: (
-        machine_library(config, traced=traced, progress=progress) if traced else checked_machine(config)))
+    use_checked_machines(monkeypatch)
 
 
 @pytest.fixture

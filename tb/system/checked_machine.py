@@ -11,11 +11,11 @@ from golden.noc.topology import TOPOLOGIES
 from hw.cluster import Cluster
 from hw.engine import CLUSTER, Engine
 from hw.export import verilog_of
-from hw.simulator import machine_library
+from hw.simulator import machine_library, simulated_port
 from tb.lib.random_initial import with_random_initial_values
 from tb.lib.seed import SEED
 
-__all__ = ["checked_machine"]
+__all__ = ["checked_machine", "use_checked_machines"]
 
 
 @functools.cache
@@ -29,6 +29,13 @@ def checked_machine(config: Config) -> Path:
         for name, value in (texts | {"export_beside": lambda _: nullcontext(), "_FLAGS": flags}).items():
             patch.setattr(machine_library, name, value)
         return machine_library.machine_library(config)
+
+
+def use_checked_machines(patch: pytest.MonkeyPatch) -> None:
+    """Let ports without waveforms have checked machines, so that none of the same configuration is built beside."""
+    build = machine_library.machine_library
+    patch.setattr(simulated_port, "machine_library", lambda config, *, traced=False, progress=None: (
+        build(config, traced=traced, progress=progress) if traced else checked_machine(config)))
 
 
 def _text(component, name):

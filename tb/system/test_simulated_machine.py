@@ -41,6 +41,7 @@ from hw.simulator.job_result import (
 from hw.simulator.simulated_machine import SAMPLE_CYCLES, SimulatedMachine, WaveformWindow
 from hw.simulator.simulated_port import complete
 from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
+from tb.system.checked_machine import use_checked_machines
 from tb.system.job_machine import CONFIGS, TWO_CLUSTERS
 
 CONFIG = CONFIGS[2]
@@ -176,6 +177,12 @@ class KeepingHost:
 
     async def read(self, name):
         return 10 * len(self.loads)
+
+
+@pytest.fixture(autouse=True)
+def checked(monkeypatch):
+    """Machines check the rules of their components."""
+    use_checked_machines(monkeypatch)
 
 
 @pytest.fixture
