@@ -34,7 +34,8 @@ def _run(original):
         failed = original(self, module, tests, name, *arguments, **given)
         log = (runner.WAVES if self._waves else runner.BUILD / "results") / name / "log.txt"
         if log.exists():
-            print(*sorted(_marks(log.read_text(), arms.MARK) | _marks(log.read_text(), toggles.MARK)), sep="\n")  # noqa: T201
+            text = log.read_text()
+            print(*sorted(_marks(text, arms.MARK) | _marks(text, toggles.MARK)), sep="\n")  # noqa: T201
         return failed
     return run
 
