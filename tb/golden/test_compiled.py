@@ -243,7 +243,10 @@ def test_all_kernels_of_the_project_go_through_compiled_and_are_distinguished():
     assert len(set(found.values())) == len(found)
 
 
-def test_constants_that_kernels_pass_make_no_copies_of_what_they_call():
+def test_constants_that_kernels_pass_make_no_copies_of_what_they_call(tmp_path, monkeypatch):
+    # A caller whose code is read from the user's folder compiles nothing that it calls.
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
     @compiled
     def callee(x, y, both):
         return x + y if both else x
