@@ -13,7 +13,7 @@ follows from the timing in the component's docstring: `Bench.predict`.
 """
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
@@ -22,6 +22,7 @@ from amaranth.lib.wiring import Out
 
 from golden.config import Config
 from tb.lib.configurations import CONFIGURATIONS, DEPTHS, config_of
+from tb.lib.cycles import CHANCES, Table, any_value, replay
 from tb.lib.payload import unpack
 from tb.lib.responder import Responder
 from tb.lib.runner import SIMULATORS, simulate
@@ -91,6 +92,10 @@ class Bench:
         A run ends after this many cycles without a transfer, and the latency.
     now, shapes
         The present vectors, and the shapes of the outputs' payloads: for methods of a subclass.
+    span, chances
+        Of a testbench with a `model`: cycles of each part of its table, and the parts' chances of offers and readiness.
+    constant
+        Signals out of it that never change.
     cycles
         Added to the cycles that the items can take: the limit of the watchdog in simulators.
     """
@@ -106,6 +111,8 @@ class Bench:
     splits = True
     idle_limit = 4
     cycles = 10_000
+    span, chances = 150, CHANCES
+    constant: Collection[str] = ()
     check_times: Callable | None = None
     now: Vectors
     shapes: Mapping
@@ -119,6 +126,29 @@ class Bench:
     def drawn(self, config: Config, seed: int) -> Vectors:
         """Vectors for a pattern of stalls or for a reset; default: parts of the cases."""
         raise NotImplementedError
+
+    # In place of vectors and stages: all outputs of each cycle.
+
+    def model(self, config: Config) -> Iterator:
+        """A golden model from reset on, a generator: it is sent what is given in a cycle, and yields the outputs then.
+
+        Given are by name ports' values, the item that an input offers or None, and whether an output is ready. Outputs
+        are in a dict: ports' values or None for any, whether an input accepts, and what an output offers or None.
+        """
+        raise NotImplementedError
+
+    def items(self, name: str, shape, random: Random) -> Iterator:
+        """What an input offers, one item after the other from reset on; None: nothing in this cycle."""
+        while True:
+            yield any_value(shape, random)
+
+    def drive(self, given, random: Random) -> None:
+        """Change what was drawn for a cycle. A subclass's model may keep in ``self`` what this depends on."""
+
+    @property
+    def models(self) -> bool:
+        """Whether the testbench has a model."""
+        return type(self).model is not Bench.model
 
     @property
     def draws(self) -> bool:
@@ -189,6 +219,11 @@ class Bench:
         assert component.latency == latency
         return latency
 
+    def stated(self, component, config: Config) -> None:
+        """A component that has a latency says the same in its docstring."""
+        if hasattr(component, "latency"):
+            self.latency(component, config)
+
     @property
     def names(self) -> dict[str, int]:
         """Those of the docstring's formulas that are no parameters of the configuration."""
@@ -214,6 +249,10 @@ class Bench:
         """Exact results after the latency, with and without gaps and stalls."""
         config = self.config(changes)
         component = self.make(config)
+        if self.models:
+            self.stated(component, config)
+            replay(component, Table(self, component, config, SEED))
+            return
         latency = self.latency(component, config)
         bench = ScheduleBench(component, idle_limit=latency + self.interval * self.per_result + self.idle_limit + 16,
                               watchdog=200_000)
@@ -259,7 +298,8 @@ class Bench:
     def simulate(self, simulator: str = "verilator", text: Callable | None = None, **more) -> None:
         """All regimes; ``text``: from the component to its Verilog, by default as it is exported."""
         component = self.make(self.config())
-        simulate(text(component) if text else component, "tb.lib.regimes", simulator=simulator,
+        module = "tb.lib.every_cycle" if self.models else "tb.lib.regimes"
+        simulate(text(component) if text else component, module, simulator=simulator,
                  bench=[type(self).__module__, type(self).__qualname__], **more)
 
 

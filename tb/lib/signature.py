@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["payload_shape", "ports_of", "stream_of", "streams_of"]
+__all__ = ["payload_shape", "port_flows", "ports_of", "stream_of", "streams_of"]
 
 _STREAM = {"payload", "valid", "ready"}
 
@@ -22,6 +22,11 @@ def streams_of(signature: wiring.Signature) -> dict[wiring.Flow, list[str]]:
 def ports_of(signature: wiring.Signature) -> dict[str, object]:
     """Shapes of the plain ports."""
     return {name: member.shape for name, member in _members(signature) if member.is_port}
+
+
+def port_flows(signature: wiring.Signature) -> dict[str, wiring.Flow]:
+    """Directions of the plain ports."""
+    return {name: member.flow for name, member in _members(signature) if member.is_port}
 
 
 def payload_shape(signature: wiring.Signature, name: str):

@@ -87,5 +87,6 @@ def _value(formula, component, config, more):
     parameters = {path.partition(".")[2]: value for path, value in config.parameters().items()}
     arguments = {name: argument.default for name, argument in inspect.signature(component).parameters.items()
                  if isinstance(argument.default, int)}
-    names = {**arguments, **parameters, **more, "bits": lambda number: int(number).bit_length(), "max": max, "min": min}
+    functions = {"bits": lambda number: int(number).bit_length(), "max": max, "min": min}
+    names = {**functions, **arguments, **parameters, **more}
     return eval(" ".join(formula.split()), {"__builtins__": {}}, names)

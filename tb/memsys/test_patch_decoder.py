@@ -1,46 +1,29 @@
-from amaranth.sim import Simulator
-from hypothesis import given
-from hypothesis import strategies as st
-
-from golden.config import PRESETS
 from golden.memory_map import COORDINATE_BITS
 from hw.memsys.patch_decoder import FIRST_VERTEX, PatchDecoder
-from tb.lib.schedules import SETTINGS
+from tb.lib.bench import Bench
 from tb.memsys.patch_words import words_of
 
-CONFIG = PRESETS["small"]
-COORDINATE = st.integers(0, (1 << COORDINATE_BITS) - 1)
-PATCH = st.tuples(st.integers(0, (1 << 32) - 1), st.integers(0, (1 << 32) - 1),
-                  st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=4, max_size=4))
 
+class TestPatchDecoder(Bench):
+    component, variants = PatchDecoder, ({},)
 
-@SETTINGS
-@given(st.lists(st.tuples(PATCH, st.lists(st.integers(0, 2), min_size=6, max_size=6)), min_size=1, max_size=4))
-def test_patches_come_back(patches):
-    dut, found = PatchDecoder(config=CONFIG), []
+    def model(self, config):
+        """Words of drawn patches, with gaps in which anything is at the ports."""
+        self.words, self.next = [], None
+        given = yield
+        while True:
+            word, vertex = given.word, given.valid and given.word >= FIRST_VERTEX
+            head = given.valid and not word
+            given = yield {
+                "patch": self.patch[0] if head else None, "surface": self.patch[1] if head else None,
+                "index": word - FIRST_VERTEX if vertex else None,
+                "vertex": self.patch[2][word - FIRST_VERTEX] if vertex else None}
 
-    async def bench(ctx):
-        for (patch, surface, vertices), gaps in patches:
-            heads, corners = None, {}
-            for word, (data, gap) in enumerate(zip(words_of(patch, surface, vertices), gaps, strict=True)):
-                # What stands at the port without ``valid`` does not matter.
-                ctx.set(dut.valid, 0)
-                ctx.set(dut.word, 1)
-                ctx.set(dut.data, (1 << 64) - 1)
-                for _ in range(gap):
-                    await ctx.tick()
-                ctx.set(dut.valid, 1)
-                ctx.set(dut.word, word)
-                ctx.set(dut.data, data)
-                if word == 0:
-                    heads = ctx.get(dut.patch), ctx.get(dut.surface)
-                if word >= FIRST_VERTEX:
-                    corners[ctx.get(dut.index)] = tuple(ctx.get(dut.vertex[axis]) for axis in range(3))
-                await ctx.tick()
-            found.append((*heads, [corners[index] for index in range(4)]))
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
-    assert found == [patch for patch, _ in patches]
+    def drive(self, given, random):
+        """The words of one patch after the other."""
+        if given.valid:
+            if not self.words:
+                self.patch = random.getrandbits(32), random.getrandbits(32), [
+                    [random.getrandbits(COORDINATE_BITS) for _ in range(3)] for _ in range(4)]
+                self.words = [*enumerate(words_of(*self.patch))]
+            given.word, given.data = self.words.pop(0)

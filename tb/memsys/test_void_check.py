@@ -1,47 +1,35 @@
 """Patches of which all vertices are 0, among others, and the coordinates that no patch of a scene has."""
 
 import numpy as np
-from amaranth.sim import Simulator
-from hypothesis import given
-from hypothesis import strategies as st
 
-from golden.config import PRESETS, Numbers
+from golden.config import Numbers
 from golden.scene.builtin import builtin_scene
 from golden.scene.patch_geometry import PatchGeometry
 from hw.memsys.void_check import VERTICES, VoidCheck
-from tb.lib.schedules import SETTINGS
+from tb.lib.bench import Bench
 
-CONFIG = PRESETS["tiny"]
-ZERO, HIGH = (0, 0, 0), CONFIG.numbers.scene.high
-VERTEX = st.sampled_from((ZERO, ZERO, ZERO, ZERO, (1, 0, 0), (0, HIGH, 0), (0, 0, 1), (0, 0, HIGH ^ HIGH >> 1)))
+ZERO = [0, 0, 0]
 
 
-@SETTINGS
-@given(patches=st.lists(st.lists(VERTEX, min_size=VERTICES, max_size=VERTICES), max_size=5),
-       moves=st.lists(st.booleans(), min_size=40, max_size=40))
-def test_a_patch_is_void_if_all_four_vertices_are_0(patches, moves):
-    """Whatever is there in the cycles in which none moves."""
-    dut, vertices, found = VoidCheck(config=CONFIG), [one for patch in patches for one in patch], []
+class TestVoidCheck(Bench):
+    component, variants = VoidCheck, ({},)
 
-    async def bench(ctx):
-        for moving in [*moves, *[True] * len(vertices)]:
-            if len(found) == len(vertices):
-                return
-            ctx.set(dut.vertex, vertices[len(found)] if moving else ZERO)
-            ctx.set(dut.moves, moving)
-            void = ctx.get(dut.void)
-            if moving:
-                found.append((ctx.get(dut.index), void))
-            else:
-                assert not void
-            await ctx.tick()
+    def model(self, config):
+        """Whatever is there in the cycles in which none moves."""
+        vertices = []
+        given = yield
+        while True:
+            index = len(vertices) % VERTICES
+            void = index == VERTICES - 1 and [*vertices[-index:], given.vertex] == [ZERO] * VERTICES
+            if given.moves:
+                vertices.append(given.vertex)
+            given = yield {"index": index, "void": void and given.moves}
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
-    assert found == [(index, index == VERTICES - 1 and {*patch} == {ZERO})
-                     for patch in patches for index in range(VERTICES)]
+    def drive(self, given, random):
+        """Half of the patches have a vertex with one bit, a corner of the coordinates."""
+        high = self.config().numbers.scene.high
+        given.vertex = random.choice([[1, 0, 0], [0, high, 0], [0, 0, high ^ high >> 1]]) if (
+            random.random() < 0.15) else ZERO
 
 
 def test_no_coordinate_of_a_scene_is_0():
