@@ -43,12 +43,13 @@ def test_a_point_on_a_corner_of_a_light_has_a_finite_weight():
 
 
 def test_arrays_give_what_compiled_loops_give(monkeypatch):
+    """Points and lights on a grid, many in one plane: points at corners and behind edges, lights seen edge-on."""
     random = np.random.default_rng(3)
-    vertices, position, normal = random.normal(size=(7, 4, 3)), random.normal(size=(50, 3)), random.normal(size=(50, 3))
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    front = random.normal(size=(7, 3))
-    arguments = (position, normal, vertices, vertices.mean(axis=1), front, random.random(7) < 0.5, random.random(7),
-                 random.random(7))
+    vertices, position = (random.integers(-1, 2, size).astype(float) for size in ((9, 4, 3), (50, 3)))
+    normal, front = (np.concatenate([np.eye(3), -np.eye(3)])[random.integers(6, size=count)] for count in (50, 9))
+    centre = vertices[:, 0]
+    arguments = (position, normal, vertices, centre, front, random.random(9) < 0.5, random.random(9), random.random(9))
+    assert (((centre - position[:, None]) * front).sum(axis=2) == 0).mean() > 0.1
     compiled = light_weights(*arguments)
     assert 0.1 < (compiled > 0).mean() < 0.9
     on_arrays(monkeypatch, module)

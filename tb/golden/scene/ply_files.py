@@ -16,11 +16,14 @@ _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 @dataclass(frozen=True)
 class PlyFile:
-    """The bytes of a file, its vertices, the corners of its faces, and the type and values of the faces' colours."""
+    """The bytes of a file, its vertices, the corners of its faces and, -1 between them, of its strips, and the type and
+    values of the faces' colours.
+    """
 
     data: bytes
     points: list[tuple[float, ...]]
     faces: list[list[int]]
+    strips: list[list[int]]
     colour_kind: str | None
     colours: list[tuple[float, ...]]
 
@@ -84,7 +87,7 @@ def _encoded(order, properties, row):
 
 @st.composite
 def ply_files(draw) -> PlyFile:
-    """Draws a file of vertices and polygons.
+    """Draws a file of vertices, polygons and strips, of which some have no corners.
 
     Every type of coordinates, corners, colours and lengths occurs in every byte order, beside further properties and
     elements, some of them empty. Faces may come before vertices.
@@ -93,12 +96,14 @@ def ply_files(draw) -> PlyFile:
     order, end = _ORDERS[kind], draw(st.sampled_from(("\n", "\r\n", "\r")))
     coordinates = [draw(st.sampled_from(sorted(_CODES))) for _ in range(3)]
     points = draw(st.lists(st.tuples(*map(_values, coordinates)), min_size=3, max_size=9))
-    faces = draw(st.lists(st.lists(st.integers(0, len(points) - 1), min_size=1, max_size=6), min_size=1, max_size=9))
+    faces = draw(st.lists(st.lists(st.integers(0, len(points) - 1), max_size=6), min_size=1, max_size=9))
+    strips = draw(st.lists(st.lists(st.integers(-1, len(points) - 1), max_size=7), max_size=4))
     vertex = draw(st.permutations([*zip("xyz", coordinates, (None,) * 3, strict=True), *draw(_others("v"))]))
     corner = draw(st.sampled_from(("vertex_indices", "vertex_index")))
     face = [(corner, draw(st.sampled_from(sorted(_INTEGERS))), draw(st.sampled_from(sorted(_INTEGERS)))),
             *draw(_others("f"))]
-    colour_kind, colours = draw(st.sampled_from((None, *sorted(_CODES)))), []
+    # Colours of faces are used where all triangles are faces.
+    colour_kind, colours = draw(st.sampled_from((None, *sorted(_CODES)))) if not strips else None, []
     if colour_kind:
         face += [(name, colour_kind, None) for name in ("red", "green", "blue")]
         colours = [draw(st.tuples(*[_values(colour_kind)] * 3)) for _ in faces]
@@ -107,6 +112,10 @@ def ply_files(draw) -> PlyFile:
              for number, polygon in enumerate(faces)]
     elements = [("vertex", vertex, [_row(draw, vertex, dict(zip("xyz", point, strict=True))) for point in points]),
                 ("face", face, [_row(draw, face, one) for one in known])]
+    if strips:
+        strip = draw(st.permutations([(corner, draw(st.sampled_from(("char", "short", "int"))),
+                                       draw(st.sampled_from(sorted(_INTEGERS)))), *draw(_others("s"))]))
+        elements.append(("tristrips", strip, [_row(draw, strip, {corner: one}) for one in strips]))
     for number in range(draw(st.integers(0, 2))):
         more = draw(_others("e"))
         count = draw(st.integers(0, 3)) if more else 0
@@ -119,4 +128,4 @@ def ply_files(draw) -> PlyFile:
                  for name, kind, length in properties]
         body += b"".join(_encoded(order, properties, row) for row in rows)
     data = end.join([*head, "end_header", ""]).encode(draw(st.sampled_from(("utf-8", "latin-1")))) + body
-    return PlyFile(data, points, faces, colour_kind, colours)
+    return PlyFile(data, points, faces, strips, colour_kind, colours)

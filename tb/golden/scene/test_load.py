@@ -95,14 +95,6 @@ def test_a_concave_polygon_keeps_its_area(tmp_path, name):
     assert not (scene.vertices.mean(axis=1)[:, :2] > 1).all(axis=1).any()
 
 
-def test_strips_of_ply_are_triangles_whose_fronts_face_one_way(tmp_path):
-    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0), (3, 0, 0), (4, 0, 0), (3, 1, 0)]
-    text = ply(points, [], kind="ascii").decode().replace("element face 0", "element tristrips 1")
-    scene = load_scene(write(tmp_path, "a.ply", text + "10 0 1 2 3 4 -1 5 6 7 7\n"))
-    assert scene.areas.sum() == pytest.approx(2)
-    assert (scene.normals[:, 2] > 0).all()
-
-
 @pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
 def test_text_in_utf_16_needs_no_mark(tmp_path, encoding):
     assert len(load_scene(write(tmp_path, "a.obj", obj(BOX, BOX_QUADS).encode(encoding)))) == 6

@@ -53,6 +53,14 @@ def test_an_opening_shares_its_light_among_points(tmp_path):
     assert lux(scene, (0, 0, 0)) == pytest.approx(230.84, rel=0.01)
 
 
+def test_points_are_in_the_middles_of_equal_parts_of_an_opening_that_is_longer_than_wide(tmp_path):
+    """C0 is along the length; its file has the width first."""
+    scene = hung(tmp_path, ies(vertical=GAMMA, candela=[LAMBERTIAN], size=(0.4, 1.6, 0)))
+    middles = np.array((-0.375, -0.125, 0.125, 0.375))
+    found = sorted(light.position for light in scene.lights)
+    np.testing.assert_allclose(found, [(1.6 * x, 0.4 * y, 2) for x in middles for y in middles], atol=1e-12)
+
+
 @pytest.mark.parametrize(("turn", "bright"), [(0, (1, 0, 0)), (90, (0, 1, 0)), (180, (-1, 0, 0))])
 def test_c0_is_along_x_and_turns_counter_clockwise(tmp_path, turn, bright):
     values = np.zeros((4, 3))
