@@ -76,9 +76,10 @@ def test_an_event_at_many_times(benches, nodes, event):
     """In every state, with 0 to 3 sections of a cluster in flight."""
     coverage = Coverage(["in a load", "idle", "resumed with copies", "resumed without copies",
                          *(f"{count} in flight" for count in range(4))])
-    for cycle in range(3, 220, 9):
+    for cycle in range(3, 320, 11):
         found = at_any_time(benches, nodes, event, cycle)
-        _, said = found[cycle]
+        # A doorbell, wherever it points, is work.
+        _, said = found[cycle - 1]
         coverage.hit("in a load", said["status"]["loading"])
         coverage.hit("idle", not said["status"]["busy"])
         resumes = {said["o_load"]["copies"] for _, said in found if said["o_load"] and said["o_load"]["image"] == IMAGE}
@@ -86,13 +87,14 @@ def test_an_event_at_many_times(benches, nodes, event):
         coverage.hit("resumed without copies", 0 in resumes)
         for count in in_flight(found, cycle, nodes):
             coverage.hit(f"{count} in flight")
-    assert coverage.has(name for name in coverage.counts if nodes == 2 or name != "0 in flight")
+    assert not coverage.missing
 
 
 def at_any_time(benches, nodes, event, cycle):
     """A queue of two loads with an event."""
-    kinds = ("load", *("section",) * 6, "load", *("section",) * 2)
-    plan = Plan(nodes=nodes, seed=cycle, cycles=cycle + 400, kinds=kinds, events={cycle: event}, ring_bits=4, busiest=3)
+    kinds = ("load", *("section",) * 4 * nodes, "load", *("section",) * 2)
+    plan = Plan(nodes=nodes, seed=cycle, cycles=cycle + 200 + 250 * nodes, kinds=kinds, events={cycle: event},
+                ring_bits=5, busiest=3, slowest=20 * nodes)
     found, units = play(benches, plan)
     complete(units)
     assert any(said["status"]["halted"] for _, said in found[cycle:])
