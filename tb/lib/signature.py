@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["payload_shape", "port_flows", "ports_of", "stream_of", "streams_of"]
+__all__ = ["payload_shape", "port_flows", "port_patterns", "ports_of", "stream_of", "streams_of"]
 
 _STREAM = {"payload", "valid", "ready"}
 
@@ -27,6 +27,12 @@ def ports_of(signature: wiring.Signature) -> dict[str, object]:
 def port_flows(signature: wiring.Signature) -> dict[str, wiring.Flow]:
     """Directions of the plain ports."""
     return {name: member.flow for name, member in _members(signature) if member.is_port}
+
+
+def port_patterns(signature: wiring.Signature) -> tuple[str, ...]:
+    """Patterns of the names that clock, reset and all members have in Verilog."""
+    return ("clk", "rst", *(pattern for name, member in signature.members.items()
+                            for pattern in ([f"{name}__*"] if member.is_signature or member.dimensions else [name])))
 
 
 def payload_shape(signature: wiring.Signature, name: str):
