@@ -256,7 +256,7 @@ class Cluster(wiring.Component):
         m.d.comb += [
             cells.i.valid.eq(opened.valid & ~opened.payload.final), cells.i.payload.eq(opened.payload.cell),
             opened.ready.eq(cells.i.ready),
-            control.final.eq(opened.valid & opened.ready & opened.payload.final),
+            control.ends.eq(opened.valid & opened.ready & opened.payload.final),
             control.closed.eq(traversal.closed), control.drained.eq(memory.drained & ~cells.o.valid),
             # A patch does not say which stage it is for: all stages wait for all patches.
             traversal.settled.eq(control.idle)]
@@ -322,7 +322,7 @@ class Cluster(wiring.Component):
         memory, traversal = self._memory, self._traversal
         m.submodules.faults = faults = ClusterFaults(config=self._config)
         m.d.comb += [
-            faults.memory.eq(memory.fault), faults.final.eq(control.final), faults.error.eq(traversal.error),
+            faults.memory.eq(memory.fault), faults.ends.eq(control.ends), faults.error.eq(traversal.error),
             faults.clear.eq(results.clear), memory.clear.eq(results.clear), self.fault.eq(faults.fault),
             results.fault.eq(faults.fault), results.cycle.eq(self.cycle), results.cycles.eq(control.cycles)]
         groups = (1, *map(len, UNIT_COUNTERS.values()))

@@ -31,10 +31,10 @@ class ClusterFaults(wiring.Component):
     -------
     memory : In(PathFormats.fault)
         Of the memory system, until ``clear``.
-    final : In(1)
+    ends : In(1)
         The traversal sends its final item.
     error : In(ListError)
-        The fault of the frustum's list, at ``final``.
+        The fault of the frustum's list, at ``ends``.
     clear : In(1)
         Clears earlier faults.
     fault : Out(ControlFormats.fault)
@@ -49,7 +49,7 @@ class ClusterFaults(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._fault = ControlFormats(config).fault
-        super().__init__({"memory": In(PathFormats(config).fault), "final": In(1), "error": In(ListError),
+        super().__init__({"memory": In(PathFormats(config).fault), "ends": In(1), "error": In(ListError),
                           "clear": In(1), "fault": Out(self._fault)})
 
     def elaborate(self, platform):
@@ -60,7 +60,7 @@ class ClusterFaults(wiring.Component):
         m.d.comb += [
             memory.valid.eq((self.memory.code != PathFault.NONE) & ~self.clear),
             memory.payload.code.eq(self.memory.code.as_value() + PATH), memory.payload.number.eq(self.memory.number),
-            subshells.valid.eq(self.final & (self.error != ListError.NONE)),
+            subshells.valid.eq(self.ends & (self.error != ListError.NONE)),
             subshells.payload.code.eq(self.error.as_value() + LIST),
             first_fault.clear.eq(self.clear), self.fault.eq(first_fault.o)]
         return m

@@ -47,7 +47,7 @@ class SectionCast(wiring.Component):
         Tiles in a row of tiles of the section.
     o_memory, o_intersection, o_traversal, o_near : Out, stream without payload
         Start the memory system, the intersection unit, the traversal unit, and the near cells.
-    closed, final, drained : In(1)
+    closed, ends, drained : In(1)
         The traversal has accepted all requests of the present section; it sends its final item; the memory system is
         drained.
     enters, leaves : In(1)
@@ -69,7 +69,7 @@ class SectionCast(wiring.Component):
         super().__init__({
             "i": In(stream.Signature(formats.section)), "begins": Out(1), "o_results": starts, "free": Out(1),
             "busy": Out(1), "cycles": Out(32), "tiles_across": Out(formats.count),
-            **{f"o_{name}": starts for name in _UNITS}, "closed": In(1), "final": In(1), "drained": In(1),
+            **{f"o_{name}": starts for name in _UNITS}, "closed": In(1), "ends": In(1), "drained": In(1),
             "enters": In(1), "leaves": In(1), "idle": Out(1)})
 
     def elaborate(self, platform):
@@ -94,7 +94,7 @@ class SectionCast(wiring.Component):
         def start(*names):
             m.d.sync += [starts[name].eq(1) for name in names]
 
-        with m.If(self.final):
+        with m.If(self.ends):
             m.d.sync += over.eq(1)
         m.d.comb += self.free.eq(~self.i.valid & (over | (self.closed & self.drained) | ~self.busy))
         with m.FSM():

@@ -3,7 +3,6 @@ from hw.ctu.subshell_generator import ListError
 from hw.memsys.path_fault import PathFault
 from hw.registers.error_code import ErrorCode
 from tb.lib.bench import Bench
-from tb.lib.runner import ICARUS
 
 NONE = {"code": 0, "number": 0}
 
@@ -12,8 +11,6 @@ class TestClusterFaults(Bench):
     """The first fault stays until it is cleared, but for a time-out; none is lost in the cycle of a clear."""
 
     component, variants, span = ClusterFaults, ({},), 250
-    # Verilator's class of a design has a method of the name of the port ``final``.
-    simulators = (ICARUS,)
 
     def model(self, config):
         """The memory system's fault is an earlier one in the cycle of a clear."""
@@ -27,13 +24,13 @@ class TestClusterFaults(Bench):
                 fault = {"code": ErrorCode.PATH_TIMEOUT.value, "number": held["number"]}
             elif fault == NONE and held != NONE:
                 fault = {"code": ErrorCode[f"PATH_{PathFault(held['code']).name}"].value, "number": held["number"]}
-            elif fault == NONE and given.final and given.error != ListError.NONE.value:
+            elif fault == NONE and given.ends and given.error != ListError.NONE.value:
                 fault = {"code": ErrorCode[f"LIST_{ListError(given.error).name}"].value, "number": 0}
             given = yield outputs
 
     def drive(self, given, random):
         """The memory system latches its fault until a clear; a time-out replaces it."""
-        given.clear, given.final = random.random() < 0.15, random.random() < 0.3
+        given.clear, given.ends = random.random() < 0.15, random.random() < 0.3
         given.error = random.choice([*ListError]).value
         given.memory = self.memory
         found = {"code": random.choice([one for one in PathFault if one is not PathFault.NONE]).value,

@@ -2,15 +2,12 @@
 
 from hw.control.section_cast import SectionCast
 from tb.lib.bench import Bench
-from tb.lib.runner import ICARUS
 
 UNITS = ("memory", "intersection", "traversal", "near")
 
 
 class TestSectionCast(Bench):
     component, variants, span = SectionCast, ({},), 400
-    # Verilator's class of a design has a method of the name of the port ``final``.
-    simulators = (ICARUS,)
 
     def model(self, config):
         """What a section waits for, step by step."""
@@ -34,7 +31,7 @@ class TestSectionCast(Bench):
                 cycles = 0
             elif busy and not results:
                 cycles += 1
-            over = not begins and (over or given.final)
+            over = not begins and (over or given.ends)
             pending = {name: start and not getattr(given, f"o_{name}") for name, start in starts.items()}
             if begins:
                 pending |= {"memory": True, "intersection": True}
@@ -63,4 +60,4 @@ class TestSectionCast(Bench):
     def drive(self, given, random):
         """Patches that have entered leave; all else comes at any time."""
         given.enters, given.leaves = random.random() < 0.2, self.patches > 0 and random.random() < 0.4
-        given.final, given.drained = random.random() < 0.1, random.random() < 0.8
+        given.ends, given.drained = random.random() < 0.1, random.random() < 0.8

@@ -15,6 +15,8 @@ from tb.docs.structure import component_classes, structures
 
 # Sections of a component's docstring, in their order.
 SECTIONS = ("Parameters", "Members", "Timing", "Raises")
+# Ports of a design are members of the class that Verilator makes of it.
+VERILATED = {"contextp", "eval", "eval_end_step", "eval_step", "final", "name", "threads", "trace"}
 # Its members are those of the component that it stands for.
 GENERIC = {"hw/lib/black_box.py"}
 # Components that are in none of them.
@@ -56,6 +58,7 @@ def faults(cls, members):
 
     yield from (f"no member {name}" for name in listed if not any(re.fullmatch(name, member) for member in ever))
     yield from (f"{name} is not listed" for name in sorted(ever) if entry(name) is None)
+    yield from (f"{name} is a method of Verilator's models" for name in sorted(ever & VERILATED))
     for name in sorted(always):
         # All members of a pattern without a fixed part are described in words.
         if entry(name) is None or listed.get("\\w+") == entry(name):
@@ -133,3 +136,9 @@ def test_a_right_docstring_passes():
 def test_faults_are_found(right, wrong, fault):
     component = type("Wrong", (Documented,), {"__doc__": Documented.__doc__.replace(right, wrong)})
     assert fault in list(faults(component, [Documented.members]))
+
+
+def test_a_port_that_verilator_cannot_name_is_found():
+    component = type("Wrong", (Documented,), {"__doc__": Documented.__doc__.replace("a, b :", "a, b, final :")})
+    found = list(faults(component, [Documented.members | {"final": In(1)}]))
+    assert found == ["final is a method of Verilator's models"]
