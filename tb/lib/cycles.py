@@ -74,7 +74,7 @@ class Table:
     Raises
     ------
     AssertionError
-        The model is silent about an output, or an output that is a bit or a stream never changes.
+        The model is silent about an output, or an output that is not in the testbench's ``constant`` never changes.
     """
 
     def __init__(self, bench, component, config, seed: int):
