@@ -1,5 +1,7 @@
 """What stands on what: golden on nothing, hw on golden, radiosity on both, tb on all."""
 
+import sys
+
 import pytest
 
 from tb.sources.source_texts import components, imports, source_texts
@@ -44,6 +46,14 @@ def test_components_take_configuration_and_constants_from_golden():
             if module.partition(".")[0] == "golden" and not (
                     module.startswith("golden.config") or name.isupper() or name in TABLES.get(module, ())):
                 wrong.append(f"{path}: {module}.{name}")
+    assert not wrong
+
+
+def test_references_of_hits_share_nothing_with_what_they_check():
+    package = "radiosity.benchmarks.truth"
+    wrong = [f"{path}: {module}" for path, text in source_texts(package.replace(".", "/")).items()
+             for module, _ in imports(text) if not module.startswith(f"{package}.")
+             and module.partition(".")[0] not in {*sys.stdlib_module_names, "numpy"}]
     assert not wrong
 
 

@@ -1,0 +1,22 @@
+"""Hits of a frustum by the references of `radiosity.benchmarks.truth`, which take from golden what the host gives."""
+
+import numpy as np
+
+from golden.frustum import FrustumRecord
+from golden.scene.patch_geometry import PatchGeometry
+from radiosity.benchmarks.truth.integer_rule import IntegerRule, RuleHits
+from radiosity.benchmarks.truth.ray_directions import hemisphere_directions, screen_directions
+
+__all__ = ["ray_directions", "rule_hits"]
+
+
+def ray_directions(record: FrustumRecord) -> np.ndarray:
+    """Directions of a record's rays, rows x columns x 3, from the sizes of its grid alone."""
+    return (screen_directions if record.is_screen else hemisphere_directions)(record.columns, record.rows)
+
+
+def rule_hits(record: FrustumRecord, geometry: PatchGeometry, numbers: type = np.int64) -> RuleHits:
+    """Hits by the integer rule, from vertices and origin in G, the matrix, and the source."""
+    sources = np.flatnonzero(geometry.surface == record.source) if record.source >= 0 else ()
+    return IntegerRule(corners=geometry.vertices, matrix=record.matrix, origin=record.origin, sources=sources,
+                       numbers=numbers).cast(ray_directions(record))
