@@ -62,7 +62,7 @@ def oracle_rays(record: FrustumRecord, geometry: PatchGeometry) -> Rays:
 
 def differences(fixed: FixedHits, oracle: Hits, record: FrustumRecord, scene: Scene, geometry: PatchGeometry,
                 config: Config) -> Differences:
-    """The rays that hit different patches, sorted by cause.
+    """The rays that hit different patches, sorted by cause. Of patches back to back fixed point hits either.
 
     Parameters
     ----------
@@ -73,7 +73,8 @@ def differences(fixed: FixedHits, oracle: Hits, record: FrustumRecord, scene: Sc
     record, scene, geometry, config
         The frustum, the scene in float64 and in G coordinates, and the configuration.
     """
-    ray = np.flatnonzero(fixed.patch != oracle.patch)
+    met = scene.facing(fixed.patch, oracle_rays(record, geometry).direction)
+    ray = np.flatnonzero(met != oracle.patch)
     direction = record.directions(ray % record.columns, ray // record.columns) \
         * 2.0**-record.numbers.direction_fraction
     vertices = _exact_vertices(record, scene, geometry)

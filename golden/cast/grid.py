@@ -121,8 +121,7 @@ class Grid(RayCaster):
         hits = self.nearest(rays)
         return hits.steps.sum() + TEST_COST * hits.tests.sum()
 
-    def nearest(self, rays: Rays) -> Hits:
-        """The nearest hit of each ray before its ``tmax``; equal t goes to the smaller patch number."""
+    def _nearest(self, rays):
         return self._cast(rays, any_hit=False)
 
     def any_hit(self, rays: Rays) -> Hits:

@@ -19,10 +19,11 @@ def hits_of_patches(oracle: Oracle, rays: Rays, patch: np.ndarray, *, tests: np.
     rays
         R rays.
     patch
-        R int, -1 for no hit.
+        R int, -1 for no hit; of two patches back to back (`Scene`) either.
     tests, steps
         R int64, counts of the other caster.
     """
+    patch = oracle.scene.facing(patch, rays.direction)
     hit = np.flatnonzero(patch >= 0)
     which, direction = patch[hit], rays.direction[hit]
     vertices = oracle.scene.vertices[which] - rays.origin[hit, None]

@@ -26,8 +26,7 @@ class Naive(RayCaster):
     def __init__(self, scene: Scene):
         self.oracle = Oracle(scene)
 
-    def nearest(self, rays: Rays) -> Hits:
-        """The nearest hit of each ray before its ``tmax``; equal t goes to the smaller patch number."""
+    def _nearest(self, rays):
         sheared = self.oracle.sheared(rays)
         best = Nearest(rays.tmax)
         block = max(1, BLOCK // len(self.oracle.scene))

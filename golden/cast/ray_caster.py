@@ -1,6 +1,7 @@
 """What casters of single rays share: segments between two points."""
 
 from abc import abstractmethod
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,8 +34,23 @@ class RayCaster(RayFrusta):
         """That of the oracle."""
         return self.oracle.nearest
 
-    @abstractmethod
     def nearest(self, rays: Rays) -> Hits:
+        """The nearest hit of each ray before its ``tmax``.
+
+        Equal t goes to the smaller patch number, and of two patches back to back (`Scene`) to the one that faces the
+        ray.
+        """
+        hits = self._nearest(rays)
+        patch = self.oracle.scene.facing(hits.patch, rays.direction)
+        turned = np.flatnonzero(patch != hits.patch)
+        if not len(turned):
+            return hits
+        u, v = hits.u.copy(), hits.v.copy()
+        u[turned], v[turned] = self.oracle.uv(self.oracle.sheared(rays[turned]), np.arange(len(turned)), patch[turned])
+        return replace(hits, patch=patch, u=u, v=v)
+
+    @abstractmethod
+    def _nearest(self, rays: Rays) -> Hits:
         """The nearest hit of each ray before its ``tmax``; equal t goes to the smaller patch number."""
 
     def nearest_patches(self, rays: Rays) -> np.ndarray:

@@ -4,8 +4,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-__all__ = ["FLAT", "SharedEdges", "coplanar", "corner_numbers", "inside_out", "patch_normals", "rounded_sine",
-           "shared_edges", "smooth_numbers", "surface_numbers"]
+__all__ = ["FLAT", "SharedEdges", "coplanar", "corner_numbers", "corner_sets", "inside_out", "patch_normals",
+           "rounded_sine", "shared_edges", "smooth_numbers", "surface_numbers"]
 
 FLAT = 1e-5
 """Largest sine of the angle between two coplanar patches, for exact coordinates."""
@@ -57,6 +57,13 @@ def corner_numbers(patches: np.ndarray) -> np.ndarray:
     numbers = np.empty(len(points), dtype=np.int64)
     numbers[order] = np.cumsum(fresh) - 1
     return numbers.reshape(len(patches), -1)
+
+
+def corner_sets(patches: np.ndarray) -> np.ndarray:
+    """N x 4 numbers, equal for N x 4 x 3 patches with the same corners, in any rotation and facing either way."""
+    corners = corner_numbers(patches)
+    corners[corners[:, 3] == corners[:, 2], 3] = -1  # a triangle repeats any of its corners
+    return np.sort(corners, axis=1)
 
 
 def patch_normals(patches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

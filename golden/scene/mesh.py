@@ -7,7 +7,7 @@ import numpy as np
 
 from golden.errors import InputError
 from golden.input_warnings import warn
-from golden.scene.adjacency import corner_numbers, inside_out, patch_normals, smooth_numbers, surface_numbers
+from golden.scene.adjacency import corner_sets, inside_out, patch_normals, smooth_numbers, surface_numbers
 from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
 from golden.scene.scene import Scene
@@ -152,24 +152,40 @@ def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(patches)[order], faces[order]
 
 
-def _without_duplicates(patches: np.ndarray, material: np.ndarray, face: np.ndarray, one_sided: np.ndarray):
-    """Drops patches with the corners of an earlier one; a sheet of two opposite patches becomes two-sided."""
-    corners = corner_numbers(patches)
-    corners[corners[:, 3] == corners[:, 2], 3] = -1  # a triangle has its corners in any rotation
-    corners.sort(axis=1)
-    _, first, group = np.unique(corners, axis=0, return_index=True, return_inverse=True)
-    group = group.reshape(-1)
-    if len(first) == len(patches):
-        return patches, material, face, one_sided
-    others = int((material != material[first][group]).sum())
-    if others:
-        warn(f"not used: faces in the place of an earlier one of another material ({others})")
-    normals, _ = patch_normals(patches)
-    opposite = np.einsum("ij,ij->i", normals, normals[first][group]) < 0
-    one_sided = one_sided.copy()
-    one_sided[first[group[opposite]]] = False
-    kept = np.sort(first)
-    return patches[kept], material[kept], face[kept], one_sided[kept]
+def _without_duplicates(patches: np.ndarray, face: np.ndarray, mesh: Mesh):
+    """Patches without those in the place of an earlier one, their faces, the face on the back of each or -1, and sides.
+
+    Of each place the first patch counts, and the first one that faces the other way if both materials are opaque.
+    """
+    material = mesh.material[face]
+    one_sided = mesh.one_sided[material]
+    _, first, place = np.unique(corner_sets(patches), axis=0, return_index=True, return_inverse=True)
+    place = place.reshape(-1)
+    behind = np.full(len(first), -1)
+    if len(first) < len(patches):
+        normals, _ = patch_normals(patches)
+        opposite = np.flatnonzero(np.einsum("ij,ij->i", normals, normals[first][place]) < 0)
+        behind[place[opposite[::-1]]] = opposite[::-1]  # of several values the last one stays
+        is_opaque = np.array([not any(it.transparent) for it in mesh.materials])[material]
+        is_pair = (behind >= 0) & (material[behind] != material[first]) & is_opaque[behind] & is_opaque[first]
+        one_sided[first[behind >= 0]] = is_pair[behind >= 0]
+        behind[~is_pair] = -1
+        facing = first[place]
+        facing[opposite] = np.where(is_pair, behind, first)[place[opposite]]
+        others = int((material != material[facing]).sum())
+        if others:
+            warn(f"not used: faces in the place of an earlier one of another material ({others})")
+    order = np.argsort(first)
+    kept, behind = first[order], behind[order]
+    return patches[kept], face[kept], np.where(behind < 0, -1, face[behind]), one_sided[kept]
+
+
+def _alike(textures: Textures | None, *faces: np.ndarray):
+    """Function of pairs of patches: whether their pictures go on across them, on each of their sides' faces."""
+    if textures is None:
+        return None
+    sides = [textures.of(side) for side in faces]
+    return lambda *pairs: np.logical_and.reduce([side.alike(*pairs) for side in sides])
 
 
 def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
@@ -178,8 +194,9 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     Faces become patches: polygons are cut (`cut_polygon`), non-planar quads split (`split_nonplanar`), and if the mesh
     has triangles only, those that are the halves of a quad, in their texture coordinates too, are merged
     (`merge_triangles`). Faces with the corners of an earlier one, in any rotation, are dropped; if one faced the other
-    way, the first becomes two-sided. Patches of one material that are connected by edges are one surface if they are
-    coplanar, and one smooth group if their angle is below `CREASE`. Closed bodies that refract are oriented so that
+    way, the first becomes two-sided, or, if the two are of different opaque materials, both are kept and one-sided.
+    Patches of one material that are connected by edges are one surface if they are coplanar, and one smooth group if
+    their angle is below `CREASE`; patches back to back are one surface. Closed bodies that refract are oriented so that
     their fronts face outwards.
 
     Parameters
@@ -202,16 +219,22 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     """
     _check_corners(mesh, where)
     patches, face = _cut(mesh, where)
-    material = mesh.material[face]
-    patches, material, face, one_sided = _without_duplicates(patches, material, face, mesh.one_sided[material])
-    textures = None if mesh.textures is None else mesh.textures.of(face)
+    patches, face, behind, one_sided = _without_duplicates(patches, face, mesh)
     if (mesh.counts == 3).all():
-        patches, surface, parent = merge_triangles(patches[:, :3], 2 * material + one_sided,
-                                                   alike=None if textures is None else textures.alike)
-        material, one_sided = material[parent], one_sided[parent]
-        textures = None if textures is None else textures.of(parent)
+        other = np.where(behind < 0, face, behind)
+        sides = np.unique(np.stack([mesh.material[face], mesh.material[other], one_sided]), axis=1,
+                          return_inverse=True)[1].reshape(-1)
+        patches, surface, parent = merge_triangles(patches[:, :3], sides, alike=_alike(mesh.textures, face, other))
+        face, behind, one_sided = face[parent], behind[parent], one_sided[parent]
     else:
-        surface = surface_numbers(patches, material)
+        surface = surface_numbers(patches, mesh.material[face])
+    double = np.flatnonzero(behind >= 0)
+    patches = np.concatenate([patches, patches[double][:, [1, 0, 3, 2]]])
+    face, surface, one_sided = (np.concatenate(parts) for parts in (
+        (face, behind[double]), (surface, surface[double]), (one_sided, one_sided[double])))
+    order = np.argsort(face, kind="stable")
+    patches, face, surface, one_sided = patches[order], face[order], surface[order], one_sided[order]
+    material, textures = mesh.material[face], None if mesh.textures is None else mesh.textures.of(face)
     bends = np.array([it.refraction_index > 1 and not it.thin and max(it.transparent) > 0
                       for it in mesh.materials])[material]
     turned = bends & inside_out(patches, material)

@@ -44,7 +44,8 @@ class Scene:
         continuous across the edges between them. Default: the same as ``surface``.
     two_sided
         N bool. Whether the back of the patch reflects and emits like its front; the back of a one-sided patch is
-        black. Both sides block. Default: all one-sided.
+        black. Both sides block. Of two one-sided patches back to back, with the same corners and opposite fronts, a ray
+        hits the one whose front faces it. Default: all one-sided.
     camera
         View of the scene, or None.
     lights
@@ -193,6 +194,46 @@ class Scene:
     def size(self) -> float:
         """The scene box's longest side."""
         return float((self.bounds[1] - self.bounds[0]).max())
+
+    @cached_property
+    def _behind(self):
+        """N int32: the patch back to back with each, or itself; None if there are no such pairs."""
+        single = np.flatnonzero(~self.two_sided)
+        corners = self.vertices[single] + 0.0  # -0 becomes 0
+        # Equal boxes have equal sums modulo 2^64; few others have.
+        box = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1).view(np.uint64)
+        key = box @ np.array([0x9E3779B97F4A7C15 * odd % 2**64 for odd in (1, 3, 5, 7, 9, 11)], dtype=np.uint64)
+        order = np.argsort(key, kind="stable")
+        again = np.diff(key[order]) == 0
+        rows = single[order[np.append(again, False) | np.append(False, again)]] if len(order) else order
+        if not len(rows):
+            return None
+        from golden.scene.adjacency import corner_sets  # slow
+
+        _, place = np.unique(corner_sets(self.vertices[rows]), axis=0, return_inverse=True)
+        order = np.argsort(place.reshape(-1), kind="stable")
+        rows, place = rows[order], place.reshape(-1)[order]
+        found = np.arange(len(self), dtype=np.int32)
+        pair = np.flatnonzero((np.diff(place) == 0)
+                              & (np.einsum("ij,ij->i", self.normals[rows[:-1]], self.normals[rows[1:]]) < 0))
+        one, other = rows[pair], rows[pair + 1]
+        found[one], found[other] = other, one
+        return _constant(found)
+
+    def facing(self, patch: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """The patches that K rays hit which meet these, K int32, or -1: of two back to back the one that faces the ray.
+
+        Parameters
+        ----------
+        patch
+            K int: a patch that is first along each ray, or -1.
+        direction
+            K x 3, of the rays.
+        """
+        if self._behind is None:
+            return patch
+        is_back = np.einsum("ki,ki->k", self.normals[patch], direction) > 0
+        return np.where(is_back & (patch >= 0), self._behind[patch], patch)
 
     def channels(self, name: str) -> np.ndarray:
         """A material property (``"diffuse"``, ``"emission"``, ...) of every patch, N x 3 (or N)."""

@@ -15,6 +15,7 @@ from golden.scene.builtin.furnace import furnace
 from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
 from golden.scene.lights import DirectionalLight, PointLight
+from golden.scene.load import load_scene
 from golden.scene.material import Material
 from golden.scene.sky.daylight import Daylight
 from golden.scene.tessellate import sphere
@@ -116,6 +117,21 @@ def test_the_back_of_a_one_sided_lamp_is_black_and_that_of_a_two_sided_one_is_no
     camera = looking((0, 0, 0), (0, 0, 1))
     assert not picture(scene_of((panel, LAMP), background=SKY), camera).image.any()
     assert (picture(scene_of((panel, LAMP, {"two_sided": True})), camera).image == COLOUR).all()
+
+
+def test_a_wall_of_two_colours_reflects_on_each_side_its_own(tmp_path):
+    """Under a uniform sky of 1 a wall alone shows its reflectance, and of the lamp behind it nothing."""
+    (tmp_path / "wall.mtl").write_text(
+        "newmtl red\nKd 0.8 0.1 0\nnewmtl blue\nKd 0.1 0.2 0.6\nnewmtl lamp\nKd 0 0 0\nKe 1 1 1\n")
+    (tmp_path / "wall.obj").write_text(
+        "mtllib wall.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 3 0 0\nv 3 1 0\nusemtl red\nf 1 2 3\nf 1 3 4\n"
+        "usemtl blue\nf 4 3 1\nf 3 2 1\nusemtl lamp\nf 2 5 6\nf 2 6 3\nusemtl red\nf 6 5 2\nf 3 6 2\n")
+    scene = replace(load_scene(tmp_path / "wall.obj"), background=(1.0, 1, 1))
+    assert (len(scene), scene.two_sided.any()) == (4, False)
+    for x, colours in ((0.5, [(0.8, 0.1, 0), (0.1, 0.2, 0.6)]), (2, [(1, 1, 1), (0.8, 0.1, 0)])):
+        for side, colour in zip((3, -3), colours, strict=True):
+            image = picture(scene, looking((x, 0.5, side), (x, 0.5, 0), 1), rays=(128, 32)).image
+            np.testing.assert_allclose(image, np.broadcast_to(colour, image.shape), atol=2e-3)
 
 
 def test_a_flat_perfect_mirror_shows_the_lamp_and_without_depth_nothing():

@@ -26,7 +26,7 @@ def faces(draw):
             corners = corners if front else corners[::-1]
             turn = draw(st.integers(0, len(corners) - 1))
             corners = corners[turn:] + corners[:turn]
-            found.append((square, corners, draw(st.integers(0, 1)), point, front))
+            found.append((square, corners, draw(st.integers(0, 2)), point, front))
     return draw(st.permutations(found))
 
 
@@ -43,27 +43,39 @@ def holds(patch, point):
 @given(faces())
 @example([(0, (0, 1, 2), 1, (0.7, 0.2), True), (0, (0, 2, 3), 1, (0.3, 0.8), True),
           (0, (2, 0, 3), 1, (0.3, 0.8), False)])
-def test_the_first_of_doubled_faces_counts_and_is_two_sided_if_one_faces_the_other_way(given):
-    """Halves of a square become one patch only if they have one material and one kind of sides, and face one way."""
+def test_the_first_of_doubled_faces_counts_and_either_side_keeps_its_own_opaque_material(given):
+    """It is two-sided if the first that faces the other way has its material, or one of the two is transparent.
+
+    Halves of a square become one patch only if they have one material and one kind of sides, and face one way.
+    """
     square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
     points = np.concatenate([square + np.array((2 * number, 0, 0)) for number in range(3)])
     mesh = Mesh(points=points, counts=np.array([len(corners) for _, corners, *_ in given]),
                 corners=np.array([4 * number + corner for number, corners, *_ in given for corner in corners]),
-                material=np.array([material for _, _, material, *_ in given]), one_sided=np.array([False, True]),
-                materials=(Material(name="sheet", diffuse=(0.5,) * 3), Material(name="front", diffuse=(0.2,) * 3)))
+                material=np.array([material for _, _, material, *_ in given]), one_sided=np.array([False, True, False]),
+                materials=(Material(name="sheet", diffuse=(0.5,) * 3), Material(name="front", diffuse=(0.2,) * 3),
+                           Material(name="pane", transparent=(0.5,) * 3, refraction_index=1)))
     scene = mesh_scene(mesh, name="drawn", where="a.obj")
-    expected, area = {}, {}
+    sides, area = {}, {}
     for number, corners, material, (x, y), front in given:
         area[2 * number + x, y] = (len(corners) - 2) / 2
-        first = expected.setdefault((2 * number + x, y), [material, front, material == 0])
-        first[2] |= front != first[1]
-    for point, (material, front, two_sided) in expected.items():
-        (patch,) = [patch for patch in range(len(scene)) if holds(scene.vertices[patch, :, :2], point)]
-        assert scene.materials[scene.material[patch]] == mesh.materials[material]
-        assert bool(scene.two_sided[patch]) == two_sided
-        assert (scene.normals[patch, 2] > 0) == front
-    assert len(scene) <= len(expected)
-    assert scene.areas.sum() == sum(area.values())
+        sides.setdefault((2 * number + x, y), {}).setdefault(front, material)
+    whole = 0.0
+    for point, of in sides.items():
+        (front, material), *others = of.items()
+        two_sided = material != 1 or bool(others)
+        expected = {(front, mesh.materials[material], two_sided)}
+        if others and others[0][1] != material and 2 not in (material, others[0][1]):
+            expected = {(front, mesh.materials[material], False), (not front, mesh.materials[others[0][1]], False)}
+        whole += area[point] * len(expected)
+        found = [patch for patch in range(len(scene)) if holds(scene.vertices[patch, :, :2], point)]
+        assert len(found) == len(expected)
+        assert {(bool(scene.normals[patch, 2] > 0), scene.materials[scene.material[patch]],
+                 bool(scene.two_sided[patch])) for patch in found} == expected
+        assert len(set(scene.surface[found].tolist())) == 1
+        assert set(scene.facing(np.array(found), np.tile([0.0, 0, -1], (len(found), 1)))) == {
+            patch for patch in found if len(found) == 1 or scene.normals[patch, 2] > 0}
+    assert scene.areas.sum() == whole
 
 
 def test_triangles_of_a_glass_body_are_turned_outwards():

@@ -81,7 +81,7 @@ FILES = {
     "comment.obj": ("mtllib b.mtl\nusemtl b # the wall\n" + FACE, "material 'b # the wall' is taken for 'b'"),
     "again.obj": ("mtllib b.mtl c.mtl\nusemtl b\n" + FACE,
                   "not used: material of a further library with the name of an earlier one"),
-    "doubled.obj": ("mtllib b.mtl\nusemtl b\n" + SQUARE + "f 1 2 3 4\nusemtl c\nf 4 3 2 1\n",
+    "doubled.obj": ("mtllib b.mtl\nusemtl b\n" + SQUARE + "f 1 2 3 4\nusemtl c\nf 2 3 4 1\n",
                     "not used: faces in the place of an earlier one of another material (1)"),
     "edges.ply": (HEXAGON.replace(b"end_header", b"element edge 1\nproperty int a\nend_header") + b"7\n",
                   "not used: element edge"),
