@@ -2,9 +2,15 @@
 
 import math
 import os
+from numbers import Integral
 from pathlib import Path
 
-__all__ = ["processors"]
+from golden.errors import InputError
+
+__all__ = ["processors", "threads_of"]
+
+MOST_JOBS = 256
+"""Most threads that work may use."""
 
 
 def processors(root: Path = Path("/")) -> int:
@@ -19,6 +25,21 @@ def processors(root: Path = Path("/")) -> int:
     """
     allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, min([allowed, *map(math.ceil, _quotas(root))]))
+
+
+def threads_of(jobs: int | None) -> int:
+    """A number of threads, checked; by default those of `processors`.
+
+    Raises
+    ------
+    InputError
+        It is no whole number from 1 to `MOST_JOBS`.
+    """
+    if jobs is None:
+        return min(processors(), MOST_JOBS)
+    if isinstance(jobs, bool) or not isinstance(jobs, Integral) or not 1 <= jobs <= MOST_JOBS:
+        raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}")
+    return int(jobs)
 
 
 def _quotas(root):

@@ -3,7 +3,6 @@
 from copy import copy
 from functools import cached_property
 from itertools import pairwise
-from numbers import Integral
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +11,8 @@ from golden.cast.nearest import Nearest
 from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
 from golden.compiled import is_compiler_active
-from golden.errors import InputError
 from golden.oracle import Oracle, ShearedRays
-from golden.processors import processors
+from golden.processors import threads_of
 from golden.scene.cells import FINEST, Cells, balanced_cell
 from golden.scene.scene import Scene
 from golden.spread import in_threads
@@ -32,7 +30,6 @@ STILL = 2.0**-60
 TEST_COST = 1.6
 # Rays, and cell sizes relative to the balanced one, that choose the default cell size.
 TRIAL_RAYS, TRIAL_SIZES = 4096, (1, 0.7, 0.5, 0.35)
-MOST_JOBS = 256
 # Least rays of a compiled call, and calls per thread.
 FEWEST, SHARES = 1 << 12, 8
 # Seconds of the stages of the first grid of all, nearly all of them compilation.
@@ -69,7 +66,7 @@ class Grid(RayCaster):
 
     def __init__(self, scene: Scene, cell: float | None = None, *, jobs: int | None = None,
                  compiled: bool | None = None, progress: bool = False):
-        self.jobs = _threads(jobs)
+        self.jobs = threads_of(jobs)
         self._compiled = is_compiler_active() if compiled is None else compiled
         self.oracle = Oracle(scene)
         with StageProgress("grid", EXPECTED, shown=progress) as bar:
@@ -82,7 +79,7 @@ class Grid(RayCaster):
 
     def with_jobs(self, jobs: int | None) -> "Grid":
         """The same grid by so many threads."""
-        threads = _threads(jobs)
+        threads = threads_of(jobs)
         if threads == self.jobs:
             return self
         other = copy(self)
@@ -326,12 +323,3 @@ class _Block:
         for name in self._BY_AXIS:
             components = zip(getattr(self, name), *(getattr(other, name) for other in others), strict=True)
             setattr(self, name, [change(*component) for component in components])
-
-
-def _threads(jobs):
-    """Checked, or the default."""
-    if jobs is None:
-        return min(processors(), MOST_JOBS)
-    if isinstance(jobs, bool) or not isinstance(jobs, Integral) or not 1 <= jobs <= MOST_JOBS:
-        raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}")
-    return int(jobs)

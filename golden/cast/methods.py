@@ -5,6 +5,7 @@ from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.ray_caster import RayCaster
 from golden.cast.shared_grid import shared_grid
+from golden.processors import threads_of
 from golden.scene.scene import Scene
 
 __all__ = ["FIXED_METHODS", "FRUSTUM_METHODS", "RAY_METHODS", "frustum_caster", "ray_caster"]
@@ -34,7 +35,7 @@ def ray_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: in
     cell
         Cell size for methods with cells. Default: that of the method.
     jobs
-        Threads for methods with threads. Default: that of the method.
+        Threads; a method without them has one. Default: `golden.processors.processors`.
     progress
         Shows a progress bar after two seconds of preparation.
 
@@ -42,7 +43,10 @@ def ray_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: in
     ------
     ModuleNotFoundError
         The package of the method is not installed.
+    InputError
+        The number of threads is out of range, whether the method has threads or not.
     """
+    threads_of(jobs)
     if method != "grid":
         return RAY_METHODS[method](scene)
     if cell is None:
@@ -53,6 +57,7 @@ def ray_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: in
 def frustum_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: int | None = None,
                    progress: bool = False):
     """A caster of frusta by its name in `FRUSTUM_METHODS`; the other arguments are those of `ray_caster`."""
+    threads_of(jobs)
     if method in RAY_METHODS:
         return ray_caster(scene, method, cell=cell, jobs=jobs, progress=progress)
     return ShellingFrusta(scene, cell) if method == "shelling" else FRUSTUM_METHODS[method](scene)

@@ -6,7 +6,7 @@ import pytest
 
 from golden.cast import shared_grid as module
 from golden.cast.grid import Grid
-from golden.cast.methods import frustum_caster, ray_caster
+from golden.cast.methods import FRUSTUM_METHODS, RAY_METHODS, frustum_caster, ray_caster
 from golden.cast.shared_grid import shared_grid
 from golden.errors import InputError
 from golden.scene.view import default_camera
@@ -34,10 +34,13 @@ def test_a_grid_lives_no_longer_than_its_scene():
     assert (grid(), scene_()) == (None, None)
 
 
-@pytest.mark.parametrize("jobs", [0, -1, 257, True, 2.0, "2"])
-def test_threads_are_a_number(jobs):
-    with pytest.raises(InputError, match="Jobs must be 1 to 256, not"):
-        shared_grid(cube(1), jobs)
+@pytest.mark.parametrize("method", FRUSTUM_METHODS)
+def test_threads_are_a_number_for_every_method(method):
+    """Whether it has threads or not."""
+    for jobs in (0, -1, 257, True, 2.0, "2"):
+        for caster in (frustum_caster, *([ray_caster] if method in RAY_METHODS else [])):
+            with pytest.raises(InputError, match="Jobs must be 1 to 256, not"):
+                caster(cube(1), method, jobs=jobs)
 
 
 def test_numpy_s_numbers_are_numbers():
