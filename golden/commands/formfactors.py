@@ -9,13 +9,14 @@ from golden.commands.casting_method import CastingMethod, add_options, method_op
 from golden.commands.choices import FRUSTUM_METHODS, LENGTH_UNITS, RAY_METHODS, SKY_DIVISIONS
 from golden.commands.command_line import Task
 from golden.commands.console import console
-from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Positive
+from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, ZENITH, Positive
 from golden.commands.workers import WORKERS, worker_pool
 
 __all__ = ["formfactors_command"]
 
 _NAMED = {"Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Clusters": "--clusters",
-          "Error": "--error", "Sky error": "--sky-error", "Seed": "--seed", "Jobs": "--jobs"}
+          "Error": "--error", "Sky error": "--sky-error", "Seed": "--seed", "Jobs": "--jobs",
+          "Zenith": "--zenith"}
 _ADAPTIVE = {"error": "--error", "sky_error": "--sky-error", "sky_patches": "--sky-patches", "seed": "--seed",
              "time_limit": "--time-limit"}
 
@@ -33,7 +34,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("--sky-error", type=Positive(), help="Set the largest estimated error of any sky view factor.  "
                   "[default: that of the factors, as far as 4096 rays per patch reach]")
     @click.option("--sky-patches", type=click.Choice(SKY_DIVISIONS), help="Also write the shares of Tregenza's 145 "
-                  "or Reinhart's 577 patches of the sky; +z is the zenith, +y the north.")
+                  "or Reinhart's 577 patches of the sky around the zenith; the north is +y, or -z if +y is the zenith.")
+    @ZENITH
     @click.option("--time-limit", type=Positive(), help="Stop at a larger error after about so many seconds.")
     @click.option("--seed", type=int, default=0, help="Set the seed of all random choices.")
     @click.option("--rays", type=AZIMUTHS, help="Cast plain hemispheres of so many rays, powers of two, at fixed "
@@ -55,8 +57,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "beside the output.")
     @WORKERS
     @add_options(option for method in methods for option in method.options)
-    def formfactors(scene, output, error, sky_error, sky_patches, time_limit, seed, rays, samples, project, facets,
-                    unit, max_edge, max_area, method, cell, jobs, resume, workers, **given):
+    def formfactors(scene, output, error, sky_error, sky_patches, zenith, time_limit, seed, rays, samples, project,
+                    facets, unit, max_edge, max_area, method, cell, jobs, resume, workers, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light leaving patch i that arrives at patch j. Rows sum to 1 minus the shares that
@@ -69,6 +71,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         _check_options(plain, method, project, time_limit, resume)
         if sky_patches and output.suffix.lower() not in (".npz", ".nc"):
             raise click.UsageError("--sky-patches needs an output that ends in .npz or .nc.")
+        if zenith and not sky_patches:
+            raise click.UsageError("--zenith needs --sky-patches: nothing else depends on it.")
         pool = worker_pool(workers, method, chosen, cell=cell)
         from golden.cast.methods import frustum_caster
         from golden.frustum import Hemisphere
@@ -80,8 +84,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         if chosen:
             hemisphere = Hemisphere(*rays)
             chosen.check(frustum=(hemisphere.azimuths, hemisphere.polars), **options)
-        task = ViewFactorTask(scene, output, facets=facets, unit=unit, max_edge=max_edge, max_area=max_area,
-                              progress=console().progress)
+        task = ViewFactorTask(scene, output, zenith=zenith, has_sky_patches=sky_patches is not None, facets=facets,
+                              unit=unit, max_edge=max_edge, max_area=max_area, progress=console().progress)
         with (chosen.frusta(task.scene, cell=cell, **options) if chosen
               else nullcontext(frustum_caster(task.scene, method, cell=cell, jobs=jobs,
                                               progress=console().progress))) as caster:

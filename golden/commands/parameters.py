@@ -9,8 +9,8 @@ from click.shell_completion import CompletionItem
 from golden.commands.choices import PRESETS, SCENE_SUFFIXES
 from golden.commands.console import console
 
-__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "CellSize",
-           "Numbers", "Place", "Positive", "WholePair"]
+__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "ZENITH",
+           "CellSize", "Numbers", "Place", "Positive", "WholePair"]
 
 FILE = click.Path(path_type=Path)
 PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
@@ -87,6 +87,10 @@ class Numbers(click.ParamType):
             limit = "" if self._least == -math.inf else f" of at least {self._least:g}"
             self.fail(f"{value!r} is not {_COUNTS[count]} finite numbers{limit} like {self.name}", param, ctx)
         return numbers
+
+
+ZENITH = click.option("--zenith", type=Numbers(), help="Set the direction that is up in the scene, for sky, sun, "
+                      "luminaires, exported files and the default view.  [default: the format's]")
 
 
 class Place(Numbers):

@@ -15,6 +15,7 @@ from golden.commands.parameters import (
     METHOD_CELL,
     SCENE,
     SCENE_HELP,
+    ZENITH,
     Numbers,
     Place,
     Positive,
@@ -49,8 +50,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
                   "of it]")
     @click.option("--target", type=Numbers(), help="Set the point that the camera looks at.")
     @click.option("--up", type=Numbers(), help="Set the direction that is up in the image.")
-    @click.option("--zenith", type=Numbers(), help="Set the direction that is up in the scene, for skies, luminaires "
-                  "and the default view.  [default: the format's]")
+    @ZENITH
     @click.option("--fov", type=float, help="Set the full vertical field of view in degrees.")
     @add_options(DAYLIGHT)
     @click.option("--luminaire", type=(FILE, Place()), multiple=True, metavar="FILE X,Y,Z[,TURN]",

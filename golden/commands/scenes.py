@@ -5,7 +5,7 @@ import click
 from golden.commands.choices import EXPORT_SUFFIXES
 from golden.commands.command_line import Task
 from golden.commands.console import console
-from golden.commands.parameters import FILE, SCENE, SCENE_HELP
+from golden.commands.parameters import FILE, SCENE, SCENE_HELP, ZENITH
 
 __all__ = ["export", "list_scenes"]
 
@@ -26,21 +26,26 @@ def list_scenes():
     console().report({"scenes": rows}, "\n".join(lines))
 
 
-@click.command("scene", cls=Task, epilog=SCENE_HELP)
+@click.command("scene", cls=Task, named={"Zenith": "--zenith"}, epilog=SCENE_HELP)
 @SCENE
 @click.option("-o", "--output", type=FILE, required=True,
               help=f"Write to this file; its name ends in {', '.join(EXPORT_SUFFIXES)}.")
-def export(scene, output):
+@ZENITH
+def export(scene, output, zenith):
     """Write SCENE to a file that other programs read."""
     from golden.output import check_inputs_stay, check_outputs
     from golden.plural import counted
     from golden.scene.export import export_scene
     from golden.scene.open import open_scene
+    from golden.scene.zenith import warn_of_upright_floors, zenith_line
 
     check_outputs(output, suffixes=EXPORT_SUFFIXES)
     check_inputs_stay(scene, outputs=(output,))
-    opened = open_scene(scene)
+    opened = open_scene(scene, zenith=zenith)
+    if zenith is None:
+        warn_of_upright_floors(opened)
     export_scene(opened, output)
     counts = {"patches": len(opened), "materials": len(opened.materials)}
     console().report({"output": output, **counts},
-                     f"{output}: {counted(counts['patches'], 'patch')}, {counted(counts['materials'], 'material')}")
+                     f"{output}: {counted(counts['patches'], 'patch')}, {counted(counts['materials'], 'material')}\n"
+                     f"{zenith_line(scene, opened, is_given=zenith is not None)}")

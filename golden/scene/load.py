@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from golden.errors import InputError
 from golden.input_warnings import caught_warnings, warn
 from golden.scene.facets import facet_scene
@@ -16,17 +14,21 @@ from golden.scene.scene import Scene
 from golden.scene.stl import read_stl
 from golden.scene.vs3 import read_vs3
 
-__all__ = ["SUFFIXES", "load_scene"]
+__all__ = ["SUFFIXES", "UP", "load_scene"]
 
 SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff", ".vs3")
 
 LONGEST = 400
 """Most characters of a message: files may hold words of any length."""
 
-Y_UP, Z_UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+_Y, _Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+UP = {".obj": _Y, ".gltf": _Y, ".glb": _Y, ".ply": _Z, ".stl": _Z, ".vs3": _Z}
+"""The direction that is up in files of these suffixes; NFF files state it."""
+
+_READERS = {".obj": read_obj, ".ply": read_ply, ".stl": read_stl}
 
 
-def _read(path: Path, up, facets: bool) -> Scene:
+def _read(path: Path, facets: bool) -> Scene:
     """The scene of a file with the reader of its suffix."""
     suffix, name, where = path.suffix.lower(), path.stem, str(path)
     if suffix == ".nff":
@@ -34,19 +36,16 @@ def _read(path: Path, up, facets: bool) -> Scene:
     if suffix == ".vs3":
         return read_vs3(path)
     make = facet_scene if facets else mesh_scene
-    if suffix == ".obj":
-        return make(read_obj(path), name=name, where=where, up=up or Y_UP)
-    if suffix == ".ply":
-        return make(read_ply(path), name=name, where=where, up=up or Z_UP)
-    if suffix == ".stl":
-        return make(read_stl(path), name=name, where=where, up=up or Z_UP)
+    properties = {"name": name, "where": where, "up": UP[suffix]}
+    if suffix in _READERS:
+        return make(_READERS[suffix](path), **properties)
     from golden.scene.gltf import read_gltf  # slow
 
     mesh, view = read_gltf(path)
-    return make(mesh, name=name, where=where, up=up or Y_UP, camera=view.camera, lights=tuple(view.lights))
+    return make(mesh, **properties, camera=view.camera, lights=tuple(view.lights))
 
 
-def load_scene(path, *, up=None, facets: bool = False) -> Scene:
+def load_scene(path, *, facets: bool = False) -> Scene:
     """The scene of a file: .obj (with .mtl), .ply, .stl, .gltf, .glb, .nff or .vs3.
 
     Coordinates stay as they are in the file, in its unit of length. Pairs of triangles that form a quad are merged,
@@ -59,9 +58,6 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
     ----------
     path
         Path of the file; its suffix selects the reader.
-    up
-        Up direction of the default camera, three numbers. Default: +y for OBJ and glTF, +z for PLY and STL. VS3 files
-        have +z, NFF files state their own.
     facets
         Whether each face of the file is one patch, in the file's order, whose front alone radiates.
 
@@ -77,8 +73,6 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
         One line with the path and all that the file holds and the scene does not use.
     """
     path = Path(path)
-    if up is not None and (np.shape(up) != (3,) or not np.all(np.isfinite(up)) or not np.any(up)):
-        raise InputError(f"scene: Up must be three finite values, not all zero, not {up!r}")
     if path.is_dir():
         raise InputError(f"{path}: it is a directory, not a scene file")
     if not path.exists():
@@ -88,7 +82,7 @@ def load_scene(path, *, up=None, facets: bool = False) -> Scene:
         raise InputError(f"{path}: Suffix must be one of {' '.join(SUFFIXES)}, not {path.suffix!r}")
     try:
         with caught_warnings() as caught:
-            scene = _read(path, None if up is None else tuple(float(value) for value in up), facets)
+            scene = _read(path, facets)
     except InputError as error:
         text = str(error) if str(error).startswith(str(path)) else f"{path}: {error}"
         raise InputError(_clipped(text, LONGEST + len(str(path)))) from error

@@ -270,5 +270,6 @@ def read_nff(data: bytes, name: str, *, segments: int = 16) -> Scene:
         reader.take(statement)
     reader.end()
     reader.unused.warn()
-    scene = reader.builder.build(camera=reader.camera, background=reader.background)
+    view = {} if reader.camera is None else {"camera": reader.camera, "up": tuple(reader.camera.up)}
+    scene = reader.builder.build(**view, background=reader.background)
     return replace(scene, lights=_point_lights(reader.lights, scene.bounds))

@@ -5,9 +5,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
-from golden.errors import InputError
 from golden.image import false_colour, write_exr, write_png
 from golden.input_warnings import warn
 from golden.light.tone import tone_map
@@ -19,6 +16,7 @@ from golden.scene.open import open_scene
 from golden.scene.scene import Scene
 from golden.scene.sky.daylight import Daylight
 from golden.scene.view import default_camera
+from golden.scene.zenith import warn_of_upright_floors, zenith_line
 from golden.summary import summary
 from golden.tasks.photometry import Photometry
 
@@ -37,7 +35,7 @@ class View:
     eye, target, up, fov
         See `golden.scene.camera.Camera`.
     zenith
-        The scene's up, for skies, luminaires and a view of all of the scene.
+        The scene's up, for skies, luminaires and a view of all of the scene, see `open_scene`.
     sky
         Radiance from outside the scene.
     daylight
@@ -56,12 +54,16 @@ class View:
     luminaires: tuple[Luminaire, ...] = ()
 
     def scene(self, name: str, efficacy: float) -> Scene:
-        """The scene with this background and these lights, for ``efficacy`` in lm/W."""
-        opened = open_scene(name)
-        if self.zenith is not None:
-            if not (np.isfinite(self.zenith).all() and np.any(self.zenith)):
-                raise InputError(f"scene: Zenith must be three finite values, not all zero, not {self.zenith!r}")
-            opened = replace(opened, up=self.zenith)
+        """The scene with this background and these lights, for ``efficacy`` in lm/W.
+
+        Warns
+        -----
+        InputWarning
+            Floors stand upright, or a scene with point lights is longer than a kilometre.
+        """
+        opened = open_scene(name, zenith=self.zenith)
+        if self.zenith is None:
+            warn_of_upright_floors(opened)
         if self.sky is not None:
             opened = replace(opened, background=self.sky)
         for light in (self.daylight, *self.luminaires):
@@ -183,7 +185,9 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     with caster(opened) as cast:
         result = render(opened, camera=camera, settings=settings, frusta=cast, workers=workers, progress=progress,
                         sensors=sensors, with_received=files.photometry.false_colour is not None)
-    stats, text = result.stats, summary(result.stats)
+    zenith = zenith_line(scene, opened, is_given=view.zenith is not None,
+                         facing=None if sensors is None else sensors.normal)
+    stats, text = {**result.stats, "zenith": list(map(float, opened.up))}, f"{summary(result.stats)}\n{zenith}"
     if cast is not None:
         rays = {kind: counts["rays"] for kind, counts in stats["rays"].items()}
         share = sum(rays.get(kind, 0) for kind in frusta) / max(1, sum(rays.values()))

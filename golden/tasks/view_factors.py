@@ -15,6 +15,7 @@ from golden.scene.open import open_scene
 from golden.scene.overlaps import warn_of_overlaps
 from golden.scene.refine import refine
 from golden.scene.scene import Scene
+from golden.scene.zenith import warn_of_upright_floors, zenith_line
 from golden.spread import Spread
 
 __all__ = ["ViewFactorTask"]
@@ -33,6 +34,10 @@ class ViewFactorTask:
         Name of a built-in scene, or path of a file.
     output
         Path of the result, see `golden.light.factors.files.write_view_factors`.
+    zenith
+        The scene's up, see `golden.scene.open.open_scene`.
+    has_sky_patches
+        Whether shares of patches of the sky are requested, for which the scene's up matters.
     facets
         Whether each face of a file is one patch, see `golden.scene.load.load_scene`.
     unit
@@ -50,15 +55,19 @@ class ViewFactorTask:
     Warns
     -----
     InputWarning
-        Patches overlap in one plane.
+        Patches overlap in one plane, or floors stand upright under patches of the sky.
     """
 
-    def __init__(self, scene: str, output: Path, *, facets: bool = False, unit: str = "m",
-                 max_edge: float | None = None, max_area: float | None = None, progress: bool = False):
+    def __init__(self, scene: str, output: Path, *, zenith=None, has_sky_patches: bool = False, facets: bool = False,
+                 unit: str = "m", max_edge: float | None = None, max_area: float | None = None,
+                 progress: bool = False):
         self._began = time.perf_counter()
         check_view_factors_output(output)
         self._name, self._output, self._progress, self._unit = scene, output, progress, unit
-        opened = open_scene(scene, facets=facets)
+        opened = open_scene(scene, zenith=zenith, facets=facets)
+        self._zenith = zenith_line(scene, opened, is_given=zenith is not None) if has_sky_patches else None
+        if has_sky_patches and zenith is None:
+            warn_of_upright_floors(opened)
         warn_of_overlaps(opened)
         self.scene: Scene = opened if max_edge is None and max_area is None else refine(
             opened, max_edge=max_edge, max_area=max_area).scene
@@ -139,6 +148,8 @@ class ViewFactorTask:
                  f"area {figures['area']:.4g} m2 in a scene {figures['length']:.4g} m long: its unit of length is "
                  f"taken as {self._unit} (--unit)",
                  f"closure {factors.closure:.1e}, reciprocity {factors.reciprocity:.1e}"]
+        if self._zenith:
+            lines.append(self._zenith)
         if factors.error is not None:
             lines.append(f"estimated error {factors.largest_error:.1e}, of the sky {factors.largest_sky_error:.1e}; "
                          f"the projection moves factors by up to {factors.largest_change:.1e}, the sky by up to "

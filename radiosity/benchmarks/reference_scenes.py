@@ -188,7 +188,7 @@ def _atlas():
         path.with_suffix(".mtl").write_text("newmtl painted\nKd 1 1 1\nmap_Kd atlas.png\n"
                                             "newmtl lamp\nKd 0.5 0.5 0.5\nKe 12 11 9\n")
         Image.fromarray(picture).save(path.with_suffix(".png"))
-        scene = open_scene(str(path), up=(0.0, 0.0, 1.0))
+        scene = open_scene(str(path), zenith=(0.0, 0.0, 1.0))
     return replace(scene, camera=INSIDE)
 
 

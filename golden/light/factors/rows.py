@@ -66,7 +66,8 @@ class FactorRows:
     sky_error
         The same of every sky view factor. Default: that of the factors, as far as 4096 rays of a row reach it.
     sky_patches
-        Name of a division of the sky (`SKY_DIVISIONS`) whose patches' shares are measured too. Default: none.
+        Name of a division of the sky (`SKY_DIVISIONS`) around the scene's up whose patches' shares are measured too.
+        Default: none.
     seed
         Of the random numbers, at least 0.
     block_rows
@@ -103,8 +104,9 @@ class FactorRows:
         self._sky_limit = (error if sky_error is None else sky_error) / 2
         self._most_sky_rays = _MOST_RAYS if sky_error is None else _MOST_SKY_RAYS
         self.block_rows = block_rows
-        self._division = None if sky_patches is None else SkyDivision(sky_patches)
-        optional = {"sky_error": sky_error, "sky_patches": sky_patches}
+        self._division = None if sky_patches is None else SkyDivision(sky_patches, scene.up)
+        optional = {"sky_error": sky_error, "sky_patches": sky_patches,
+                    "zenith": None if sky_patches is None else list(map(float, scene.up))}
         self.settings = {"error": error, "seed": seed} | {
             name: value for name, value in optional.items() if value is not None}
         self.rays = int(np.clip(np.ceil(1 / error / REPLICATES) * REPLICATES, _FEWEST_RAYS, _MOST_RAYS))

@@ -10,6 +10,7 @@ from golden.input_warnings import warn
 from golden.scene.lights import DirectionalLight
 from golden.scene.material import BRIGHTEST
 from golden.scene.scene import Scene
+from golden.scene.sky.compass import compass
 from golden.scene.sky.distributions import cie_clear, cie_overcast, perez, uniform
 from golden.scene.sky.sky import Sky
 from golden.scene.sky.weather import Weather
@@ -45,7 +46,7 @@ class Daylight:
     ground
         Reflectance of the ground, 0 to 1, outside the scene.
     north
-        Direction of the north; its part along the scene's up is left out. Default: +y if up is +z, -z if up is +y.
+        See `golden.scene.sky.compass.compass`.
 
     Raises
     ------
@@ -96,8 +97,9 @@ class Daylight:
         InputWarning
             A uniform sky has a sun without an illuminance: it changes nothing.
         """
-        up, north = self._axes(scene)
-        toward = up if self.sun is None else self._toward(up, north)
+        axes = compass(scene.up, self.north)
+        up = axes[2]
+        toward = up if self.sun is None else self._toward(axes)
         sine = float(up @ toward)
         diffuse, direct = self._illuminances(sine)
         if self.sky == "uniform" and self.sun is not None and self.sun_illuminance is None:
@@ -111,20 +113,10 @@ class Daylight:
                                                       irradiance=(direct / efficacy,) * 3),)
         return replace(scene, background=sky, lights=scene.lights + sun)
 
-    def _axes(self, scene):
-        """Unit vectors to the zenith and to the north."""
-        up = np.array(scene.up, dtype=np.float64) / np.linalg.norm(scene.up)
-        north = np.array(((0, 0, -1) if abs(up[1]) > abs(up[2]) else (0, 1, 0)) if self.north is None else self.north)
-        north = north - (north @ up) * up
-        length = np.linalg.norm(north)
-        if not (np.isfinite(length) and length > 1e-9):
-            raise InputError(f"daylight: North must not be zero or along the scene's up, not {self.north!r}")
-        return up, north / length
-
-    def _toward(self, up, north):
+    def _toward(self, axes):
         azimuth, elevation = np.radians(self.sun)
-        level = np.cos(azimuth) * north + np.sin(azimuth) * np.cross(north, up)
-        return np.cos(elevation) * level + np.sin(elevation) * up
+        level = np.cos(azimuth) * axes[1] + np.sin(azimuth) * axes[0]
+        return np.cos(elevation) * level + np.sin(elevation) * axes[2]
 
     def _illuminances(self, sine):
         """Diffuse horizontal and direct normal illuminance."""

@@ -168,8 +168,10 @@ class Recorded:
     (("--time-limit", "5", "--error", "0.004"), {"within": {0: 5.0, "error": 0.004, "method": "naive"}}),
     (("--jobs", "3"), {"caster": {"jobs": 3, "cell": 0.3}}),
     (("--resume",), {"store": {"method": "naive", "resume": True}}),
+    (("--sky-patches", "reinhart", "--zenith", "0,1,0"), {"task": {"zenith": (0, 1, 0), "has_sky_patches": True}}),
     (("--facets", "--unit", "cm", "--max-edge", "0.5", "--max-area", "0.25"),
-     {"task": {"facets": True, "unit": "cm", "max_edge": 0.5, "max_area": 0.25}})])
+     {"task": {"facets": True, "unit": "cm", "max_edge": 0.5, "max_area": 0.25, "zenith": None,
+               "has_sky_patches": False}})])
 def test_every_option_reaches_the_work(words, expected, monkeypatch, tmp_path):
     seen = Recorded()
     task = SimpleNamespace(scene=range(2), run=seen.of("run", ({}, "")), run_within=seen.of("within", ({}, "")),

@@ -7,7 +7,7 @@ from golden.scene.nff import read_nff
 VIEW = """v
 from 2.1 1.3 1.7
 at 0 0 0
-up 0 0 1
+up 0 1 1
 angle 45
 hither 0.01
 resolution 512 256
@@ -50,7 +50,7 @@ def test_view_becomes_the_camera(whole):
     assert whole.name == "whole"
     assert whole.camera.eye == (2.1, 1.3, 1.7)
     assert whole.camera.target == (0, 0, 0)
-    assert whole.camera.up == (0, 0, 1)
+    assert whole.camera.up == whole.up == (0, 1, 1)
     assert whole.camera.fov == 45
 
 

@@ -11,7 +11,7 @@ def test_names_sizes_and_files_are_opened(tmp_path):
     assert open_scene("cornell").name == "cornell"
     assert len(open_scene("furnace:2")) == 24
     assert len(open_scene(str(tmp_path / "box.obj"))) == len(open_scene("cornell"))
-    assert len(open_scene(tmp_path / "box.obj", up=(0, 0, 1))) == len(open_scene("cornell"))
+    assert len(open_scene(tmp_path / "box.obj", zenith=(0, 0, 1))) == len(open_scene("cornell"))
 
 
 def test_a_file_of_a_built_in_name_is_reached_by_its_path(tmp_path, monkeypatch):
@@ -23,13 +23,25 @@ def test_a_file_of_a_built_in_name_is_reached_by_its_path(tmp_path, monkeypatch)
         open_scene("./cornell")
 
 
-def test_up_and_facets_reach_the_file(tmp_path):
-    """Two triangles of a square stay two patches, with front alone; +y up is the file's, unless another is given."""
+@pytest.mark.parametrize("scene", ["furnace:1", "gone.obj"])
+@pytest.mark.parametrize("zenith", [(0, 0, 0), (0, 1), (0, float("nan"), 1), "y"])
+def test_a_zenith_that_is_none_is_refused(scene, zenith):
+    with pytest.raises(InputError) as error:
+        open_scene(scene, zenith=zenith)
+    assert str(error.value) == f"scene: Zenith must be three finite values, not all zero, not {zenith!r}"
+
+
+def test_a_built_in_scene_has_the_zenith_that_is_given():
+    assert open_scene("cornell").up == (0, 1, 0)
+    assert open_scene("cornell", zenith=[0, 0, 1]).up == (0, 0, 1)
+
+
+def test_facets_reach_the_file(tmp_path):
+    """Two triangles of a square stay two patches, with front alone."""
     path = tmp_path / "square.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n")
     assert len(open_scene(path)) == 1
     assert len(open_scene(path, facets=True)) == 2
-    assert open_scene(path, up=(1, 0, 0)).up == (1, 0, 0) != open_scene(path).up
 
 
 @pytest.mark.parametrize(("spec", "message"), [

@@ -60,6 +60,15 @@ def test_every_figure_of_the_report(seconds, tmp_path):
     np.testing.assert_allclose(read_view_factors(tmp_path / "a.npz").area, FACTORS.area * FOOT**2)
 
 
+@pytest.mark.parametrize(("options", "lines"), [
+    ({}, []), ({"has_sky_patches": True}, ["zenith +y, that of the scene (--zenith)"]),
+    ({"has_sky_patches": True, "zenith": (0, 0, 1)}, ["zenith +z, as given"])])
+def test_the_zenith_of_patches_of_the_sky_is_said(seconds, tmp_path, options, lines):
+    task = ViewFactorTask("cornell", tmp_path / "a.npz", **options)
+    _, text = task.run(Rows(), SimpleNamespace(remove=lambda: None), method="grid")
+    assert [line for line in text.splitlines() if line.startswith("zenith")] == lines
+
+
 @pytest.mark.parametrize(("suffix", "missing"), [("npz", False), ("nc", False), ("inp", True)])
 def test_files_that_leave_out_backs_are_said_to(seconds, tmp_path, suffix, missing):
     task = ViewFactorTask("furnace:1", tmp_path / f"vfsparse.{suffix}")

@@ -79,9 +79,12 @@ def test_patches_of_the_sky_sum_to_the_sky():
     assert found.settings["sky_patches"] == "reinhart"
 
 
-def test_a_square_under_a_bare_sky_sees_each_patch_by_its_height():
-    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0))], BLACK))
-    found = compute_view_factors(rows_of(scene, error=1e-3, sky_patches="tregenza")).sky_patches.toarray()[0]
+@pytest.mark.parametrize(("up", "along"), [((0, 0, 1), (0, 1, 0)), ((0, 2, 0), (0, 0, -1))])
+def test_a_square_under_a_bare_sky_sees_each_patch_by_its_height(up, along):
+    scene = scene_of(([rectangle((0, 0, 0), (1, 0, 0), along)], BLACK), up=up)
+    factors = compute_view_factors(rows_of(scene, error=1e-3, sky_patches="tregenza"))
+    assert factors.settings["zenith"] == list(up)
+    found = factors.sky_patches.toarray()[0]
     sine = np.sin(np.radians(12)) ** 2
     assert found[0] == 0
     np.testing.assert_allclose(found[1:31].reshape(5, 6).sum(axis=1), sine / 5, rtol=0.2)

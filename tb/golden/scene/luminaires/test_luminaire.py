@@ -93,7 +93,7 @@ def test_a_file_s_point_lights_in_millimetres_are_named(monkeypatch):
     opened = scene_of((rectangle((0, 0, 0), (4000, 0, 0), (0, 4000, 0)), BLACK))
     lit = replace(opened, lights=(PointLight(position=(1, 1, 1), intensity=(1.0, 1, 1)),))
     for scene, expected in ((opened, 0), (lit, 1)):
-        monkeypatch.setattr(render, "open_scene", lambda name, scene=scene: scene)
+        monkeypatch.setattr(render, "open_scene", lambda name, scene=scene, **_: scene)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             View().scene("room", 1.0)
