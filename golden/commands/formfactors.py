@@ -29,6 +29,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("-o", "--output", type=FILE, required=True,
                   help="Write the view factors to this .npz (scipy.sparse.load_npz reads F), .nc (netCDF), or "
                   "vfsparse.inp[.CASE] (lines i j F from 1, with svf.inp and facetarea.inp).")
+    @click.option("--by-surface", type=FILE, help="Also write the factors between surfaces, all patches of a name "
+                  "together, to this .csv, .nc or .npz.")
     @click.option("--error", type=Positive(), default=1e-3, help="Set the largest estimated error of any factor, twice "
                   "its standard error: 1e-6 to 0.1.")
     @click.option("--sky-error", type=Positive(), help="Set the largest estimated error of any sky view factor.  "
@@ -57,8 +59,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "beside the output.")
     @WORKERS
     @add_options(option for method in methods for option in method.options)
-    def formfactors(scene, output, error, sky_error, sky_patches, zenith, time_limit, seed, rays, samples, project,
-                    facets, unit, max_edge, max_area, method, cell, jobs, resume, workers, **given):
+    def formfactors(scene, output, by_surface, error, sky_error, sky_patches, zenith, time_limit, seed, rays, samples,
+                    project, facets, unit, max_edge, max_area, method, cell, jobs, resume, workers, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light leaving patch i that arrives at patch j. Rows sum to 1 minus the shares that
@@ -84,8 +86,9 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         if chosen:
             hemisphere = Hemisphere(*rays)
             chosen.check(frustum=(hemisphere.azimuths, hemisphere.polars), **options)
-        task = ViewFactorTask(scene, output, zenith=zenith, has_sky_patches=sky_patches is not None, facets=facets,
-                              unit=unit, max_edge=max_edge, max_area=max_area, progress=console().progress)
+        task = ViewFactorTask(scene, output, zenith=zenith, has_sky_patches=sky_patches is not None,
+                              surfaces=by_surface, facets=facets, unit=unit, max_edge=max_edge, max_area=max_area,
+                              progress=console().progress)
         with (chosen.frusta(task.scene, cell=cell, **options) if chosen
               else nullcontext(frustum_caster(task.scene, method, cell=cell, jobs=jobs,
                                               progress=console().progress))) as caster:

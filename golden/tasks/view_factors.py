@@ -6,9 +6,15 @@ from pathlib import Path
 
 from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors
-from golden.light.factors.files import check_view_factors_output, write_view_factors
+from golden.light.factors.files import (
+    SURFACE_SUFFIXES,
+    check_view_factors_output,
+    write_by_surface,
+    write_view_factors,
+)
 from golden.light.factors.units import METRES, in_metres
 from golden.light.factors.view_factors import ViewFactors
+from golden.output import check_named_once, check_outputs
 from golden.peak_memory import peak_memory
 from golden.plural import counted
 from golden.scene.open import open_scene
@@ -38,6 +44,8 @@ class ViewFactorTask:
         The scene's up, see `golden.scene.open.open_scene`.
     has_sky_patches
         Whether shares of patches of the sky are requested, for which the scene's up matters.
+    surfaces
+        Path of the view factors between surfaces (.csv, .nc or .npz), or None.
     facets
         Whether each face of a file is one patch, see `golden.scene.load.load_scene`.
     unit
@@ -58,12 +66,15 @@ class ViewFactorTask:
         Patches overlap in one plane, or floors stand upright under patches of the sky.
     """
 
-    def __init__(self, scene: str, output: Path, *, zenith=None, has_sky_patches: bool = False, facets: bool = False,
-                 unit: str = "m", max_edge: float | None = None, max_area: float | None = None,
-                 progress: bool = False):
+    def __init__(self, scene: str, output: Path, *, zenith=None, has_sky_patches: bool = False,
+                 surfaces: Path | None = None, facets: bool = False, unit: str = "m", max_edge: float | None = None,
+                 max_area: float | None = None, progress: bool = False):
         self._began = time.perf_counter()
         check_view_factors_output(output)
-        self._name, self._output, self._progress, self._unit = scene, output, progress, unit
+        check_outputs(surfaces, suffixes=SURFACE_SUFFIXES)
+        check_named_once(output, surfaces)
+        self._name, self._output, self._surfaces = scene, output, surfaces
+        self._progress, self._unit = progress, unit
         opened = open_scene(scene, zenith=zenith, facets=facets)
         self._zenith = zenith_line(scene, opened, is_given=zenith is not None) if has_sky_patches else None
         if has_sky_patches and zenith is None:
@@ -99,10 +110,9 @@ class ViewFactorTask:
         """
         factors = compute_view_factors(rows, store=store, spread=spread,
                                        progress=self._progress and len(rows) > rows.block_rows)
-        factors = in_metres(factors, self._unit)
-        write_view_factors(factors, self._output)
+        report = self._written(factors, method)
         store.remove()
-        return self._report(factors, method)
+        return report
 
     def run_within(self, limit: float, rows_of: Callable, *, error: float, method: str,
                    spread: Spread | None = None) -> tuple[dict, str]:
@@ -127,11 +137,20 @@ class ViewFactorTask:
             if reached == error or now + _LONGER * (now - began) > ends:
                 break
             reached = max(error, reached / _FINER)
-        factors = in_metres(factors, self._unit)
-        write_view_factors(factors, self._output)
-        report, text = self._report(factors, method)
+        report, text = self._written(factors, method)
         if reached > error:
             text += f"\nthe time limit ended the work at an error of {reached:g}"
+        return report, text
+
+    def _written(self, factors: ViewFactors, method):
+        """Write the factors, and report them."""
+        factors = in_metres(factors, self._unit)
+        write_view_factors(factors, self._output)
+        count = write_by_surface(factors, self._surfaces) if self._surfaces else None
+        report, text = self._report(factors, method)
+        if self._surfaces:
+            report |= {"surfaces": count, "surfaces_output": self._surfaces}
+            text += f"\n{self._surfaces}: {counted(count, 'surface')}"
         return report, text
 
     def _report(self, factors: ViewFactors, method):

@@ -3,16 +3,22 @@
 from pathlib import Path
 
 from golden.errors import InputError
+from golden.light.factors.csv_file import write_csv
+from golden.light.factors.groups import by_surface
 from golden.light.factors.netcdf_file import read_netcdf, write_netcdf
 from golden.light.factors.npz_file import read_npz, write_npz
 from golden.light.factors.urban_files import URBAN, urban_paths, write_urban
 from golden.light.factors.view_factors import ViewFactors
 from golden.output import check_outputs, whole_file
 
-__all__ = ["check_view_factors_output", "read_view_factors", "write_view_factors"]
+__all__ = ["SURFACE_SUFFIXES", "check_view_factors_output", "read_view_factors", "write_by_surface",
+           "write_view_factors"]
 
 _WRITERS = {".npz": write_npz, ".nc": write_netcdf}
 _READERS = {".npz": read_npz, ".nc": read_netcdf}
+_SURFACE_WRITERS = {".csv": write_csv, **_WRITERS}
+SURFACE_SUFFIXES = tuple(_SURFACE_WRITERS)
+"""Endings of files of view factors between surfaces."""
 
 
 def check_view_factors_output(path: Path) -> None:
@@ -40,6 +46,14 @@ def write_view_factors(factors: ViewFactors, path: Path) -> None:
         return
     with whole_file(path) as part:
         _WRITERS[path.suffix.lower()](factors, part)
+
+
+def write_by_surface(factors: ViewFactors, path: Path) -> int:
+    """Write the factors between surfaces (`by_surface`) to a .csv, .nc or .npz, atomically; the number of surfaces."""
+    surfaces = by_surface(factors)
+    with whole_file(path) as part:
+        _SURFACE_WRITERS[path.suffix.lower()](surfaces, part)
+    return len(surfaces)
 
 
 def read_view_factors(path: Path) -> ViewFactors:

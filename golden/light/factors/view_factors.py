@@ -175,6 +175,12 @@ class ViewFactors:
         """Largest change of a sky view factor by the projection; None without one."""
         return None if self.unprojected_sky is None else float(np.abs(self.sky - self.unprojected_sky).max())
 
+    def by_surface(self) -> "ViewFactors":
+        """The factors between surfaces, see `golden.light.factors.groups.by_surface`."""
+        from golden.light.factors.groups import by_surface
+
+        return by_surface(self)
+
     def to_npz(self, path) -> None:
         """Write a .npz, atomically; `scipy.sparse.load_npz` reads ``F``.
 

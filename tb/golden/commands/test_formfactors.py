@@ -4,6 +4,7 @@ import json
 import re
 import resource
 from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -168,6 +169,7 @@ class Recorded:
     (("--time-limit", "5", "--error", "0.004"), {"within": {0: 5.0, "error": 0.004, "method": "naive"}}),
     (("--jobs", "3"), {"caster": {"jobs": 3, "cell": 0.3}}),
     (("--resume",), {"store": {"method": "naive", "resume": True}}),
+    (("--by-surface", "s.csv"), {"task": {"surfaces": Path("s.csv")}}),
     (("--sky-patches", "reinhart", "--zenith", "0,1,0"), {"task": {"zenith": (0, 1, 0), "has_sky_patches": True}}),
     (("--facets", "--unit", "cm", "--max-edge", "0.5", "--max-area", "0.25"),
      {"task": {"facets": True, "unit": "cm", "max_edge": 0.5, "max_area": 0.25, "zenith": None,

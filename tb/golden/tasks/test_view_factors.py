@@ -60,6 +60,27 @@ def test_every_figure_of_the_report(seconds, tmp_path):
     np.testing.assert_allclose(read_view_factors(tmp_path / "a.npz").area, FACTORS.area * FOOT**2)
 
 
+@pytest.mark.parametrize("way", ["run", "run_within"])
+def test_factors_between_surfaces_are_written_beside(seconds, tmp_path, way):
+    """Areas are in m2 there too."""
+    task = ViewFactorTask("furnace:1", tmp_path / "a.npz", surfaces=tmp_path / "s.nc", unit="ft")
+    report, text = task.run(Rows(), SimpleNamespace(remove=lambda: None), method="grid") if way == "run" else (
+        task.run_within(1, lambda error: error, error=0.1, method="grid"))
+    assert (report["surfaces"], report["surfaces_output"]) == (3, tmp_path / "s.nc")
+    assert f"{tmp_path / 's.nc'}: 3 surfaces" in text.splitlines()
+    found = read_view_factors(tmp_path / "s.nc")
+    assert found.surface.tolist() == [" (back)", "Wand süd", "sun"]
+    np.testing.assert_allclose(found.area, [5 * FOOT**2, 4 * FOOT**2, 3 * FOOT**2])
+
+
+@pytest.mark.parametrize(("surfaces", "message"), [
+    ("s.txt", r"Name must end in \.csv or \.npz or \.nc"), ("none/s.csv", "cannot be written"),
+    ("a.npz", "named twice")])
+def test_a_file_of_surfaces_is_checked_before_the_work(tmp_path, surfaces, message):
+    with pytest.raises(InputError, match=message):
+        ViewFactorTask("furnace:1", tmp_path / "a.npz", surfaces=tmp_path / surfaces)
+
+
 @pytest.mark.parametrize(("options", "lines"), [
     ({}, []), ({"has_sky_patches": True}, ["zenith +y, that of the scene (--zenith)"]),
     ({"has_sky_patches": True, "zenith": (0, 0, 1)}, ["zenith +z, as given"])])

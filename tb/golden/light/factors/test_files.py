@@ -1,3 +1,5 @@
+import csv
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +9,12 @@ from scipy.io import netcdf_file
 
 from golden.errors import InputError
 from golden.light.factors import netcdf_file as netcdf
-from golden.light.factors.files import check_view_factors_output, read_view_factors, write_view_factors
+from golden.light.factors.files import (
+    check_view_factors_output,
+    read_view_factors,
+    write_by_surface,
+    write_view_factors,
+)
 from tb.golden.light.factors.samples import sparse_sides, three_sides
 from tb.lib.schedules import SETTINGS
 
@@ -86,6 +93,21 @@ def test_files_of_urban_models_count_from_one(tmp_path):
     assert lines == ["1 2 0.3", "1 3 0.6", "2 1 0.25", "2 3 0.75", "3 1 0.4", "3 2 0.6"]
     assert (tmp_path / "svf.inp.065").read_text() == "# sky view factors\n0.06\n0\n0\n"
     assert (tmp_path / "facetarea.inp.065").read_text() == "# area of facets\n3\n4\n5\n"
+
+
+def test_a_table_of_surfaces_has_all_that_leaves_each(tmp_path):
+    """Of a triangular duct: the shares of each surface add up to 1, and a line without an error is empty there."""
+    write_by_surface(three_sides(), tmp_path / "s.csv")
+    with (tmp_path / "s.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [tuple(row.values()) for row in rows] == [
+        (" (back)", "5.0", "Wand süd", "0.6", "0.006"), (" (back)", "5.0", "sun", "0.4", "0.004"),
+        ("Wand süd", "4.0", " (back)", "0.75", "0.0075"), ("Wand süd", "4.0", "sun", "0.25", "0.0025"),
+        ("sun", "3.0", " (back)", "0.6", "0.006"), ("sun", "3.0", "Wand süd", "0.3", "0.003"),
+        ("sun", "3.0", "(sky)", "0.06", "0.01"), ("sun", "3.0", "(backs)", "0.04", "")]
+    write_by_surface(three_sides(error=None, sky_error=None), tmp_path / "s.csv")
+    with (tmp_path / "s.csv").open(encoding="utf-8", newline="") as file:
+        assert {row["standard_error"] for row in csv.DictReader(file)} == {""}
 
 
 @pytest.mark.parametrize("name", ["F.csv", "F", "vf.inp", "vfsparse.input"])

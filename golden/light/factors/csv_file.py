@@ -1,0 +1,34 @@
+"""View factors as a table of comma-separated values."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from golden.light.factors.view_factors import ViewFactors
+
+__all__ = ["BACKS", "SKY", "write_csv"]
+
+SKY, BACKS = "(sky)", "(backs)"
+"""Where radiation goes that meets no surface."""
+
+_COLUMNS = ("from", "area", "to", "view_factor", "standard_error")
+
+
+def write_csv(factors: ViewFactors, path: Path) -> None:
+    """Write a line for each view factor that is not 0, by the names of surfaces, and those to `SKY` and `BACKS`.
+
+    The shares of one surface add up to 1. An error that is unknown is empty.
+    """
+    matrix = factors.F.tocoo()
+    error = [""] * matrix.nnz if factors.error is None else factors.error.data.tolist()
+    names, area = factors.surface.tolist(), factors.area.tolist()
+    entries = [(row, names[column], value, spread) for row, column, value, spread in zip(
+        matrix.row.tolist(), matrix.col.tolist(), matrix.data.tolist(), error, strict=True)]
+    sky_error = [""] * len(factors) if factors.sky_error is None else factors.sky_error.tolist()
+    for target, values, errors in ((SKY, factors.sky, sky_error), (BACKS, factors.back, [""] * len(factors))):
+        entries += [(row, target, values[row].item(), errors[row]) for row in np.flatnonzero(values).tolist()]
+    entries.sort(key=lambda entry: entry[0])
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(
+            [_COLUMNS, *((names[row], area[row], *rest) for row, *rest in entries if rest[1] > 0)])
