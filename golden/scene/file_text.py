@@ -1,12 +1,17 @@
-"""Text of files: encodings, ends of lines and numbers as programs write them."""
+"""Text of files: encodings, ends of lines, numbers and names as programs write them."""
 
 import math
 import re
+from os.path import exists, isdir, isfile
+from pathlib import Path
 
-__all__ = ["lines_of", "number", "numbers", "unquoted"]
+from golden.input_warnings import warn
+
+__all__ = ["file_of", "forms_of", "lines_of", "number", "numbers", "unquoted"]
 
 # What C libraries write for values that are not finite: nan(ind), -nan, 1.#QNAN0, -1.#IND00, 1.#INF.
 _NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|1\.#(qnan|snan|ind|inf)\d*)", re.IGNORECASE)
+_QUOTED = re.compile(r"""(["'])(.*?)\1(?:\s+#.*)?""")
 
 
 def lines_of(data: bytes) -> list[str]:
@@ -66,5 +71,40 @@ def numbers(words: list[str]) -> list[float]:
 
 
 def unquoted(name: str) -> str:
-    """A name without the quotes around it."""
-    return name[1:-1] if len(name) > 1 and name[0] == name[-1] and name[0] in "\"'" else name
+    """A name without the quotes around it, and without a comment behind these."""
+    found = _QUOTED.fullmatch(name)
+    return found[2] if found else name
+
+
+def forms_of(name: str) -> list[str]:
+    """What a name at the end of a line may be: as it stands, or before a comment, each also without quotes.
+
+    The longest ones come first: a name may hold blanks and ``#``.
+    """
+    cuts = [found.start() for found in re.finditer(r"\s#", name)]
+    parts = [name, *(name[:cut].rstrip() for cut in [*cuts[-1:], *cuts[:1]])]
+    return list(dict.fromkeys(form for part in parts for form in (part, unquoted(part))))
+
+
+def file_of(folder: Path, names: list[str]) -> tuple[Path, str] | None:
+    """The first of the names that is a file's, with its path, or None; a backslash separates folders too.
+
+    Exporters write paths of their own computers: where none of these files exists, one of the same name in ``folder``
+    counts, with a warning.
+
+    Warns
+    -----
+    InputWarning
+        The file is in another folder than the one that is named.
+    """
+    slashed = {name: name.replace("\\", "/") for name in names}
+    for name in slashed:
+        # Path.is_file raises errors for names that the system refuses.
+        if name and exists(path := folder / slashed[name]) and not isdir(path):
+            return path, name
+    for name in slashed:
+        own = slashed[name].rpartition("/")[2]
+        if own not in ("", slashed[name]) and isfile(path := folder / own):
+            warn(f"there is no file {name!r}: {own!r} is taken for it")
+            return path, name
+    return None

@@ -3,7 +3,6 @@
 import math
 import re
 from dataclasses import dataclass
-from os.path import exists
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from PIL import Image
 from golden.errors import InputError
 from golden.input_warnings import warn
 from golden.scene.appearance import UNSPECIFIED, bounded_material
-from golden.scene.file_text import lines_of, numbers, unquoted
+from golden.scene.file_text import file_of, forms_of, lines_of, numbers, unquoted
 from golden.scene.file_text import number as number_of
 from golden.scene.material import Material
 from golden.scene.parser import check_regular
@@ -210,16 +209,16 @@ def _is_number(word):
 
 def _named(folder, text):
     """The path of a picture and its options, which may precede its name or follow it; the name may hold blanks."""
-    for part in dict.fromkeys((text, re.split(r"\s#", text, maxsplit=1)[0].rstrip())):  # # may begin a comment
+    given = {}
+    for part in forms_of(text):
         options, rest = _options(part)
         last = re.search(rf"\s({'|'.join(OPTIONS)})(?=\s|$)", rest)
         name, more = (rest[:last.start()].rstrip(), _options(rest[last.start():])[0]) if last else (rest, {})
-        for candidate, given in ((part, {}), (rest, options), (name, options | more)):
+        for candidate, its in ((part, {}), (rest, options), (name, options | more)):
             for one in (candidate, unquoted(candidate)):
-                path = folder / one.replace("\\", "/")
-                if one and exists(path):
-                    return path, given
-    return folder / unquoted(name).replace("\\", "/"), options | more
+                given.setdefault(one, its)
+    path, name = file_of(folder, list(given)) or (folder / unquoted(name).replace("\\", "/"), unquoted(name))
+    return path, given[name]
 
 
 def _picture(folder, text: str, where: str, unused: Unused) -> dict:

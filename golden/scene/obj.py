@@ -6,7 +6,6 @@ outside of it.
 
 import re
 from collections.abc import Iterator
-from os.path import isfile
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from golden.errors import InputError
 from golden.input_warnings import warn
 from golden.scene.appearance import UNSPECIFIED, colour_materials
-from golden.scene.file_text import lines_of, numbers, unquoted
+from golden.scene.file_text import file_of, forms_of, lines_of, numbers, unquoted
 from golden.scene.mesh import Mesh
 from golden.scene.mtl import MtlMaterial, read_mtl
 from golden.scene.parser import check_regular
@@ -144,33 +143,45 @@ class _Obj:
     def sources(self) -> list[MtlMaterial | None]:
         """The materials that faces name, in the order of their numbers; None of faces without one.
 
-        Names count wherever the libraries are named. A material that is in none of them is unspecified, with a warning.
+        Names count wherever the libraries are named. What is in none of them may be in the library with the name of the
+        file, which is used with a warning. A material that is nowhere is unspecified, with a warning.
         """
+        found = self._found()
+        missing = [name for name, known in found.items() if name and known is None]
+        own = self.path.with_suffix(".mtl")
+        if missing and own not in self._read and own.is_file():
+            warn(f"material library {own.name!r}, which is not named, is used for {missing[0]!r}{_more(missing)}")
+            self._lost.clear()
+            self.where = str(self.path)
+            self._library(own.name, own)
+            found = self._found()
+            missing = [name for name in missing if found[name] is None]
         if self._lost:
-            their = f" and {len(self._lost) - 1} more: their" if len(self._lost) > 1 else ": its"
+            their = ": its" if len(self._lost) == 1 else f"{_more(self._lost)}: their"
             warn(f"there is no material library {self._lost[0]!r}{their} materials become grey")
-        sources, missing = [], []
-        for name in self.numbers:
-            names = (name, unquoted(name), re.split(r"\s#", name, maxsplit=1)[0].rstrip())
-            known = next((one for one in names if one in self.library), None)
-            if known not in (None, *names[:2]):
+        elif missing:
+            warn(f"there is no material {missing[0]!r}{_more(missing)}: faces of it become grey")
+        for name, known in found.items():
+            if known is not None and unquoted(name) != unquoted(known):
                 warn(f"material {name!r} is taken for {known!r}")
-            if known is None and name and not self._lost:
-                missing.append(name)
-            sources.append(self.library.get(known, MtlMaterial("unspecified", {}) if name else None))
-        if missing:
-            others = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
-            warn(f"there is no material {missing[0]!r}{others}: faces of it become grey")
-        return sources
+        return [self.library.get(known, MtlMaterial("unspecified", {}) if name else None)
+                for name, known in found.items()]
+
+    def _found(self):
+        """By the names that faces use those of the libraries, or None."""
+        aliases = {}
+        for name in self.library:
+            for form in forms_of(name):
+                aliases.setdefault(form, name)
+        return {name: next((form if form in self.library else aliases[form] for form in forms_of(name)
+                            if form in aliases), None) for name in self.numbers}
 
     def libraries(self, text: str) -> None:
         """Reads the material libraries of a line; a name may hold blanks, and quotes around it."""
-        names = [text, unquoted(text)]
-        # Path.is_file raises errors for names that the system refuses.
-        names = [name for name in names if name and isfile(self.path.parent / name.replace("\\", "/"))][:1]
-        for name in names or [quoted or word for quoted, word in re.findall(
+        whole = file_of(self.path.parent, forms_of(text))
+        for name in [whole[1]] if whole else [quoted or word for quoted, word in re.findall(
                 r'"([^"]+)"|(\S+)', re.split(r"(?:^|\s)#", text, maxsplit=1)[0])]:
-            path = self.path.parent / name.replace("\\", "/")
+            path, _ = whole or file_of(self.path.parent, [name]) or (self.path.parent / name.replace("\\", "/"), name)
             if path not in self._read:
                 self._read.add(path)
                 self._library(name, path)
@@ -195,6 +206,11 @@ class _Obj:
         self.unused.add("material of a further library with the name of an earlier one", len(again))
         self.library = found | self.library
         self.files += [one.picture for one in found.values() if one.picture is not None]
+
+
+def _more(names):
+    """How many there are beside the first one."""
+    return f" and {len(names) - 1} more" if len(names) > 1 else ""
 
 
 def read_obj(path: Path) -> Mesh:

@@ -71,7 +71,7 @@ def _mtl(draw, greys, more=()):
     lines = [draw(st.sampled_from(("# made by C:\\programs\\", "", "#")))]
     for name in draw(st.permutations(list(greys))):
         members = [f"Kd {' '.join([draw(FORMS).format(greys[name])] * 3)}", "illum 1", "d 1.0", "Ka 0 0 0", *more]
-        lines.append(f"newmtl {name}{draw(st.sampled_from(('', ' ')))}")
+        lines.append("newmtl " + draw(st.sampled_from((name, name + " ", f'"{name}"'))))
         lines += [draw(st.sampled_from(("", "\t"))) + member + draw(st.sampled_from(("", " # Kd 1 1 1")))
                   for member in draw(st.permutations(members))]
     return encoded(draw, "\n".join(lines) + draw(st.sampled_from(("\n", ""))))
@@ -84,7 +84,7 @@ def obj_dialects(draw):
     greys = {name: grey or 0.5 for name, grey in greys.items()}
     has_uv, has_normals, uv = draw(st.booleans()), draw(st.booleans()), {}
     library = draw(st.sampled_from(("a.mtl", "my lib.mtl", "lib #1.mtl")))
-    head = "mtllib " + draw(st.sampled_from((library, f'"{library}"')))
+    head = "mtllib " + draw(st.sampled_from((library, f'"{library}"', f'"{library}" # a #1.mtl')))
     lines, count, current = [], 0, None
     for corners, name in faces:
         words = []
@@ -103,8 +103,7 @@ def obj_dialects(draw):
             words.append(one + (f"/{two if has_uv else ''}" if has_uv or has_normals else "")
                          + (f"/{three}" if has_normals else ""))
         if name != current:
-            quoted = draw(st.booleans()) and '"' not in name
-            lines.append(f'usemtl "{name}"' if quoted else f"usemtl {name}")
+            lines.append("usemtl " + draw(st.sampled_from((name, f'"{name}"', f'"{name}" # it is "a" #'))))
             current = name
         lines.append("f " + draw(st.sampled_from((" ", "\t", " \\\n ", " \\ \n"))).join(words)
                      + draw(st.sampled_from(("", " ", " # f 1 2 3"))))

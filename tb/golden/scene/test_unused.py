@@ -64,6 +64,7 @@ LIBRARIES = {
     "Kd 0 0 0\nmap_Kd a.png -texres 9": "not used: '-texres' of 'map_Kd', 'Kd' of 0 with a picture",
     "map_Kd clear.png": "not used: alpha of 'map_Kd'",
     "map_Kd -clamp on": "not used: 'map_Kd' without a name",
+    "map_Kd /parts/a.png": "there is no file '/parts/a.png': 'a.png' is taken for it",
     "map_Kd gone away.png": "a.mtl:2: there is no picture 'gone away.png': 'Kd' alone is used",
 }
 FACE = SQUARE + "f 1 2 3\n"
@@ -79,6 +80,11 @@ FILES = {
     "missing.obj": (SQUARE + "usemtl steel\nf 1 2 3\nusemtl wood\nf 1 3 4\n",
                     "there is no material 'steel' and 1 more: faces of it become grey"),
     "comment.obj": ("mtllib b.mtl\nusemtl b # the wall\n" + FACE, "material 'b # the wall' is taken for 'b'"),
+    "commented.obj": ("mtllib e.mtl\nusemtl wall\n" + FACE, "material 'wall' is taken for 'wall # east'"),
+    "elsewhere.obj": ("mtllib C:\\parts\\b.mtl\nusemtl b\n" + FACE,
+                      r"there is no file 'C:\\parts\\b.mtl': 'b.mtl' is taken for it"),
+    "own.obj": ("mtllib b.mtl gone.mtl\nusemtl wall\n" + FACE,
+                "material library 'own.mtl', which is not named, is used for 'wall'"),
     "again.obj": ("mtllib b.mtl c.mtl\nusemtl b\n" + FACE,
                   "not used: material of a further library with the name of an earlier one"),
     "doubled.obj": ("mtllib b.mtl\nusemtl b\n" + SQUARE + "f 1 2 3 4\nusemtl c\nf 2 3 4 1\n",
@@ -116,8 +122,8 @@ def named(folder, case):
     """The file of a case, and what is named of it."""
     if case in TREES:
         return gltf(folder, **TREES[case][0]), TREES[case][1]
-    for name in "b", "c":
-        write(folder, f"{name}.mtl", "newmtl b\nKd 1 0 0\n" + ("newmtl c\nKd 0 1 0\n" if name == "b" else ""))
+    for name, materials in {"b": "bc", "c": "b", "e": ["wall # east"], "own": ["wall"]}.items():
+        write(folder, f"{name}.mtl", "".join(f"newmtl {one}\nKd {k} 0 0\n" for k, one in enumerate(materials)))
     if case in FILES:
         return write(folder, case, FILES[case][0]), FILES[case][1]
     Image.new("RGB", (2, 2)).save(folder / "a.png")
