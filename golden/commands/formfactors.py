@@ -45,7 +45,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("--samples", type=click.IntRange(1, 16), help="Set the number of these points along each side of a "
                   "patch.  [default: 1]")
     @click.option("--project", is_flag=True, help="Close the rows of plain hemispheres and make them reciprocal.")
-    @click.option("--facets", is_flag=True, help="Keep each face of a file as one patch, in the file's order; "
+    @click.option("--facets", is_flag=True, help="Keep each face of a file as one row, in the file's order; "
                   "its front alone radiates.")
     @click.option("--unit", type=click.Choice(LENGTH_UNITS), default="m", help="Name the scene's unit of length; areas "
                   "are written in m2.")

@@ -1,11 +1,11 @@
-"""Scenes whose patches are the faces of a file, one by one."""
+"""Scenes whose surfaces are the faces of a file, one by one."""
 
 import numpy as np
 
 from golden.errors import InputError
-from golden.scene.adjacency import patch_normals
+from golden.scene.adjacency import FLAT, patch_normals, rounded_sine
 from golden.scene.mesh import Mesh, check_mesh
-from golden.scene.polygons import is_convex_quad
+from golden.scene.polygons import cut_polygon, is_convex_quad
 from golden.scene.scene import Scene
 
 __all__ = ["check_facets", "facet_scene"]
@@ -29,7 +29,10 @@ def check_facets(patches: np.ndarray, where: str) -> None:
 
 
 def facet_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
-    """The scene of a mesh whose faces stay as they are: patch k is face k, and only fronts radiate.
+    """The scene of a mesh whose faces stay as they are, and only fronts radiate.
+
+    A triangle or a convex quad is one patch, any other polygon is several (`cut_polygon`): ``surface`` has the number
+    of each patch's face, in the file's order.
 
     Parameters
     ----------
@@ -41,15 +44,34 @@ def facet_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     Raises
     ------
     InputError
-        A face has neither three nor four corners, is not planar, not strictly convex or has no area; or anything that
-        `golden.scene.mesh.check_mesh` refuses. Faces are counted from 1.
+        A face is not planar, crosses itself or has no area; or anything that `golden.scene.mesh.check_mesh` refuses.
+        Faces are counted from 1.
     """
     check_mesh(mesh, where)
-    many = np.flatnonzero(mesh.counts > 4)
-    if len(many):
-        raise InputError(f"{where}: facet {many[0] + 1} has {mesh.counts[many[0]]} corners, a facet has three or four")
     starts = np.cumsum(mesh.counts) - mesh.counts
     patches = mesh.points[mesh.corners[starts[:, None] + np.minimum([0, 1, 2, 3], mesh.counts[:, None] - 1)]]
-    check_facets(patches, where)
-    return Scene(name=name, vertices=patches, material=mesh.material, materials=tuple(mesh.materials),
-                 files=mesh.files, **properties)
+    is_patch = mesh.counts == 3
+    quads = np.flatnonzero(mesh.counts == 4)
+    is_patch[quads] = is_convex_quad(patches[quads])
+    parts, faces = [patches[is_patch]], [np.flatnonzero(is_patch)]
+    for face in np.flatnonzero(~is_patch).tolist():
+        try:
+            parts.append(_cut(mesh.points[mesh.corners[starts[face]:starts[face] + mesh.counts[face]]]))
+        except InputError as error:
+            raise InputError(f"{where}: facet {face + 1}: {error}") from error
+        faces.append(np.full(len(parts[-1]), face))
+    face = np.concatenate(faces)
+    order = np.argsort(face, kind="stable")
+    return Scene(name=name, vertices=np.concatenate(parts)[order], material=mesh.material[face[order]],
+                 materials=tuple(mesh.materials), surface=face[order], files=mesh.files, **properties)
+
+
+def _cut(points):
+    """The patches of a planar polygon."""
+    local = points - points.mean(axis=0)
+    vector = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    height = np.abs(local @ vector) / np.linalg.norm(vector)
+    extent, reach = np.ptp(points, axis=0).max(), np.abs(points).max()
+    if height.max() > extent * (FLAT + rounded_sine(reach, np.array([extent]))[0]):
+        raise InputError("it is not planar")
+    return cut_polygon(points)

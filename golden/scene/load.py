@@ -14,7 +14,7 @@ from golden.scene.scene import Scene
 from golden.scene.stl import read_stl
 from golden.scene.vs3 import read_vs3
 
-__all__ = ["SUFFIXES", "UP", "load_scene"]
+__all__ = ["FACETED", "SUFFIXES", "UP", "load_scene"]
 
 SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb", ".nff", ".vs3")
 
@@ -24,6 +24,9 @@ LONGEST = 400
 _Y, _Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 UP = {".obj": _Y, ".gltf": _Y, ".glb": _Y, ".ply": _Z, ".stl": _Z, ".vs3": _Z}
 """The direction that is up in files of these suffixes; NFF files state it."""
+
+FACETED = (".obj", ".ply", ".stl", ".gltf", ".glb")
+"""Suffixes of the files whose faces ``facets`` keeps; VS3 files have facets in any case."""
 
 _READERS = {".obj": read_obj, ".ply": read_ply, ".stl": read_stl}
 
@@ -59,7 +62,8 @@ def load_scene(path, *, facets: bool = False) -> Scene:
     path
         Path of the file; its suffix selects the reader.
     facets
-        Whether each face of the file is one patch, in the file's order, whose front alone radiates.
+        Whether each face of the file is one surface, in the file's order, whose front alone radiates, see
+        `facet_scene`.
 
     Raises
     ------

@@ -4,6 +4,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.files import (
@@ -12,11 +14,13 @@ from golden.light.factors.files import (
     write_by_surface,
     write_view_factors,
 )
+from golden.light.factors.groups import grouped
 from golden.light.factors.units import METRES, in_metres
 from golden.light.factors.view_factors import ViewFactors
 from golden.output import check_named_once, check_outputs
 from golden.peak_memory import peak_memory
 from golden.plural import counted
+from golden.scene.load import FACETED
 from golden.scene.open import open_scene
 from golden.scene.overlaps import warn_of_overlaps
 from golden.scene.refine import refine
@@ -47,7 +51,8 @@ class ViewFactorTask:
     surfaces
         Path of the view factors between surfaces (.csv, .nc or .npz), or None.
     facets
-        Whether each face of a file is one patch, see `golden.scene.load.load_scene`.
+        Whether each face of a file is one row, see `golden.scene.load.load_scene`; where patches are cut by size, only
+        their parts are.
     unit
         The scene's unit of length, see `golden.light.factors.units.METRES`.
     max_edge, max_area
@@ -80,8 +85,9 @@ class ViewFactorTask:
         if has_sky_patches and zenith is None:
             warn_of_upright_floors(opened)
         warn_of_overlaps(opened)
-        self.scene: Scene = opened if max_edge is None and max_area is None else refine(
-            opened, max_edge=max_edge, max_area=max_area).scene
+        is_cut = max_edge is not None or max_area is not None
+        self._facet = opened.surface if facets and not is_cut and Path(scene).suffix.lower() in FACETED else None
+        self.scene: Scene = refine(opened, max_edge=max_edge, max_area=max_area).scene if is_cut else opened
 
     def store(self, rows, *, method: str, resume: bool) -> BlockStore:
         """Where finished blocks of rows are kept; to be made before the work starts.
@@ -144,6 +150,8 @@ class ViewFactorTask:
 
     def _written(self, factors: ViewFactors, method):
         """Write the factors, and report them."""
+        if self._facet is not None and len(np.unique(self._facet)) < len(self._facet):
+            factors = grouped(factors, self._facet)
         factors = in_metres(factors, self._unit)
         write_view_factors(factors, self._output)
         count = write_by_surface(factors, self._surfaces) if self._surfaces else None

@@ -26,8 +26,8 @@ def grouped(factors: ViewFactors, group: np.ndarray) -> ViewFactors:
 
     Returns
     -------
-    G patches with the name, the patch and the side of the first one of each group. ``normal`` is the mean by area, 0 if
-    there is none; sums of rays are left out.
+    G patches with the name and the side of the first one of each group. ``normal`` is the mean by area, 0 if there is
+    none; sums of rays are left out.
     """
     _, first, number = np.unique(group, return_index=True, return_counts=True)
     count = len(first)
@@ -54,7 +54,7 @@ def grouped(factors: ViewFactors, group: np.ndarray) -> ViewFactors:
     return ViewFactors(
         F=F, error=error, unprojected=unprojected, sky=mean(factors.sky), back=mean(factors.back), area=area,
         normal=np.divide(normal, length, out=np.zeros_like(normal), where=length > 1e-9),
-        surface=factors.surface[first], patch=factors.patch[first], front=factors.front[first],
+        surface=factors.surface[first], patch=np.arange(count), front=factors.front[first],
         hidden_error=factors.hidden_error * spread, sky_error=error_of_mean(factors.sky_error),
         unprojected_sky=mean(factors.unprojected_sky), sky_patches=sky_patches, sky_patches_error=sky_patches_error,
         settings=factors.settings)
@@ -67,7 +67,7 @@ def by_surface(factors: ViewFactors) -> ViewFactors:
     """
     sides = np.stack([np.unique(factors.surface, return_inverse=True)[1], ~factors.front])
     found = grouped(factors, np.unique(sides, axis=1, return_inverse=True)[1].ravel())
-    return replace(found, patch=np.arange(len(found)), surface=np.array(
+    return replace(found, surface=np.array(
         [name if front else f"{name} (back)" for name, front in zip(found.surface, found.front, strict=True)]))
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.commands import choices
+from golden.light.closed_forms import c_11
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.files import read_view_factors
 from golden.light.factors.rows import FactorRows
@@ -111,6 +112,34 @@ def test_facets_that_overlap_are_an_error_if_strict(folder):
     (folder / "F.npz").unlink()
     assert run(*given, "--strict").exit_code == 2
     assert not (folder / "F.npz").exists()
+
+
+@pytest.mark.parametrize("given", [(), ("--rays", "256x64", "--samples", "4")])
+def test_a_facet_of_any_shape_is_one_row(folder, given):
+    """Opposed L shapes at distance 1: squares of side 2 without a quarter.
+
+    A quarter sees as much of the whole square as any other one, so A F of the L shapes is half of that of the squares
+    and that of two quarters.
+    """
+    shape = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    (folder / "a.obj").write_text("".join(f"v {x} {y} {z}\n" for z in (0, 1) for x, y in shape)
+                                  + "g low\nf 1 2 3 4 5 6\nf 12 11 10 9 8 7\n")
+    found = run("formfactors", "a.obj", "--facets", "-o", "F.npz", *given)
+    assert found.exit_code == 0, found.stderr
+    factors = read_view_factors(folder / "F.npz")
+    expected = (2 * c_11(2, 2) + c_11(1, 1)) / 3
+    np.testing.assert_allclose(factors.F.toarray(), [[0, expected], [expected, 0]], atol=1e-2 if given else 1e-9)
+    np.testing.assert_allclose(factors.area, 3)
+    assert (factors.patch.tolist(), factors.normal[:, 2].tolist()) == ([0, 1], [1, -1])
+    assert "F.npz: 2 patches, 2 entries" in found.stdout
+
+
+def test_parts_of_a_facet_that_a_limit_cuts_stay_rows(folder):
+    (folder / "a.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 1 0\nv 0 2 0\nf 1 2 3 4 5\n")
+    assert run("formfactors", "a.obj", "--facets", "-o", "F.npz", "--max-area", "0.5").exit_code == 0
+    factors = read_view_factors(folder / "F.npz")
+    assert factors.area.max() <= 0.5
+    assert factors.area.sum() == pytest.approx(3)
 
 
 def test_the_share_of_black_backs_is_reported(folder):

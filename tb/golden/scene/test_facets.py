@@ -31,10 +31,22 @@ def test_facets_of_stl_stay_triangles(tmp_path, kind):
     assert len(load_scene(tmp_path / "a.stl")) == 6
 
 
+@pytest.mark.parametrize(("face", "area"), [
+    ("1 2 3 8 4", 1 + 0.5), ("1 2 6 4", (0.2 + 0.5) / 2), ("1 2 9 3 4", 1), ("1 2 3 4 6", 1 - 0.25)])
+def test_other_polygons_are_surfaces_of_several_patches(tmp_path, face, area):
+    """A house, a concave quad, a square with a corner within a side, and one with a notch, between triangles."""
+    path = tmp_path / "a.obj"
+    path.write_text(f"{POINTS}v 0.5 2 0\nv 1 0.3 0\nf 1 2 3\nf {face}\nf 3 2 1\n")
+    scene = open_scene(path, facets=True)
+    assert scene.surface.tolist() == [0, *[1] * (len(scene) - 2), 2]
+    assert len(scene) > 3
+    assert scene.areas[1:-1].sum() == pytest.approx(area)
+    np.testing.assert_allclose(scene.normals[1:-1], [(0, 0, 1)] * (len(scene) - 2))
+
+
 @pytest.mark.parametrize(("faces", "message"), [
-    ("f 1 2 3 4 6\n", "facet 1 has 5 corners, a facet has three or four"),
-    ("f 1 2 3\nf 1 2 3 7\n", "facet 2 is not planar and strictly convex"),
-    ("f 1 2 6 4\n", "facet 1 is not planar and strictly convex"), ("f 1 3 5\n", "face 1 has no area")])
+    ("f 1 2 3\nf 1 2 3 7\n", "facet 2: it is not planar"), ("f 1 2 5 4 7\n", "facet 1: it is not planar"),
+    ("f 1 2 4 3 6\n", "facet 1: polygon: it crosses itself"), ("f 1 3 5\n", "face 1 has no area")])
 def test_faces_that_are_no_patches_are_refused(tmp_path, faces, message):
     path = tmp_path / "a.obj"
     path.write_text(POINTS + faces)
