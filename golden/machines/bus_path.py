@@ -13,7 +13,7 @@ from golden.config import Memsys
 from golden.machines.cache_lines import CacheLines, access_line, cache_lines
 from golden.machines.timing_numbers import PositiveNumbers
 
-__all__ = ["BusPath", "BusTiming", "bus_cycle", "bus_path", "bus_waits", "request_on_bus"]
+__all__ = ["BusPath", "BusTiming", "bus_cycle", "bus_path", "bus_waits", "fetched", "request_on_bus"]
 
 _NEVER = -1
 # Numbers of the path: requests that wait, requests granted, fetches, the last answer, and the last fill.
@@ -113,6 +113,11 @@ def bus_path(timing: BusTiming, memsys: Memsys, *, clusters: int, kept: np.ndarr
         np.array([getattr(timing, name) for name in _TIMES], dtype=np.int64), np.zeros(5, dtype=np.int64),
         np.zeros((clusters, timing.outstanding, 2), dtype=np.int64), np.zeros((clusters, 2), dtype=np.int64),
         np.zeros(timing.fetches, dtype=np.int64), np.zeros(timing.requests, dtype=np.int64), lines)
+
+
+def fetched(path: BusPath) -> int:
+    """Patches that have been read from main memory."""
+    return int(path.numbers[_FETCHED])
 
 
 @compiled

@@ -14,7 +14,7 @@ import numpy as np
 from golden.compiled import compiled
 from golden.config import Memsys
 from golden.errors import InputError
-from golden.machines.bus_path import BusPath, BusTiming, bus_cycle, bus_path, bus_waits, request_on_bus
+from golden.machines.bus_path import BusPath, BusTiming, bus_cycle, bus_path, bus_waits, fetched, request_on_bus
 from golden.machines.cluster_cast import (
     KEPT,
     NO_CLUSTER,
@@ -55,7 +55,7 @@ from golden.machines.timing_numbers import PositiveNumbers
 from golden.memsys.patch_store import PatchStore
 from golden.noc.routing import Routing
 
-__all__ = ["JointTiming", "joint_cast"]
+__all__ = ["JointCast", "JointTiming", "joint_cast"]
 
 # The kinds of event that a patch of another cluster arrives, whose subject is its packet; one over the bus, whose
 # subject is a cluster; and that a lookup in the store of a cluster ends. Those of clusters are lower.
@@ -64,8 +64,9 @@ _NEVER = -1
 # Events of a cluster that can wait at the same time.
 _EACH = 512
 # Of a cluster: stages that have begun, all of them, when the next one is scheduled to begin, when the cluster can serve
-# the next request of another one, the patch that is looked up in its store, and when the last one left a frame.
-_BEGUN, _STAGES, _SCHEDULED, _SERVED, _LOOKUP, _LEFT = range(6)
+# the next request of another one, the patch that is looked up in its store, when the last one left a frame, patches
+# that have been looked up, and those that have left the store in the order of their requests.
+_BEGUN, _STAGES, _SCHEDULED, _SERVED, _LOOKUP, _LEFT, _ASKED, _DELIVERED, _STATE = range(9)
 # Columns of the first elements of a cluster in the arrays of patches, stages, cells and entries of lists.
 _PATCH, _STAGE, _CELL, _ENTRY = range(4)
 # Of machines whose clusters hold all patches.
@@ -74,8 +75,8 @@ _NO_BUS = BusTiming(request=1, hit=1, fetch=1, next_fetch=1, words=1, beats=1, o
 _TIMES = ("request", "serve", "port", "reply", "request_flits", "reply_flits", "outstanding")
 _STORE_TIMES = "lookup", "kept", "passed", "stored", "vertices", "requests"
 (_REQUEST, _SERVE, _PORT, _REPLY, _REQUEST_FLITS, _REPLY_FLITS, _OUTSTANDING, _STORE_LOOKUP, _STORE_KEPT,
- _STORE_PASSED, _STORE_STORED, _STORE_VERTICES, _STORE_REQUESTS, _HAS_STORE, _NEAR, _TRAVERSED,
- _GENERATOR) = range(17)
+ _STORE_PASSED, _STORE_STORED, _STORE_VERTICES, _STORE_REQUESTS, _HAS_STORE, _IN_ORDER, _NEAR, _TRAVERSED,
+ _GENERATOR) = range(18)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,6 +115,29 @@ class JointTiming(PositiveNumbers):
     outstanding: int
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointCast:
+    """What clusters have done that cast together.
+
+    Parameters
+    ----------
+    times
+        The times of each cluster.
+    owner
+        Of each cluster P int64: the cluster that held each patch, in the order of discovery; -1 if this one did,
+        `NO_CLUSTER` if none did, `KEPT` if the patch store had a copy.
+    deferred
+        C int64: requests of each cluster that waited in its patch store for a fetch.
+    reads
+        Patches read from main memory.
+    """
+
+    times: tuple[CastTimes, ...]
+    owner: tuple[np.ndarray, ...]
+    deferred: np.ndarray
+    reads: int
+
+
 class _Machine(NamedTuple):
     """Clusters in flat arrays: elements of cluster k begin at ``first[k]``; networks; packets that are free.
 
@@ -147,6 +171,7 @@ class _Machine(NamedTuple):
     owner: np.ndarray
     patch: np.ndarray
     is_stored: np.ndarray
+    has_come: np.ndarray
     taken: np.ndarray
     cycles: np.ndarray
     searches: np.ndarray
@@ -160,15 +185,15 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
                routing: Routing, buffer_flits: int, arbitration: str, router_cycles: int, slots: int,
                run_ahead: int, bus: BusTiming | None = None, memsys: Memsys | None = None,
                kept: Sequence[int] = (), store: StoreTiming | None = None,
-               stores: Sequence[PatchStore] = ()) -> list[CastTimes]:
-    """The times of sections that clusters cast from the same cycle on.
+               stores: Sequence[PatchStore] = (), in_order: bool = False) -> JointCast:
+    """Sections that clusters cast from the same cycle on.
 
     Parameters
     ----------
     traces
         The section of each cluster, which is the node of that number.
     home
-        N int64: the cluster that holds each patch, -1 if none does.
+        N int64: the cluster that holds each patch, -1 if none does; or C x N, as each cluster knows it.
     timing, joint
         Latencies and capacities.
     routing, buffer_flits, arbitration, router_cycles
@@ -180,6 +205,9 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
     store, stores
         The path through the patch store of each cluster, and these, as the casts before have left them; they change.
         Default: there are none.
+    in_order
+        Patches leave a store in the order of their requests: one that is absent blocks those behind it. Default: each
+        leaves when it is there.
 
     Raises
     ------
@@ -187,14 +215,15 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
         A patch is held by no cluster, and there is no bus.
     """
     count, home = len(traces), np.asarray(home, dtype=np.int64)
-    if bus is None and any((home[trace.patch] < 0).any() for trace in traces):
+    homes = np.broadcast_to(home, (count, home.shape[-1]))
+    if bus is None and any((known[trace.patch] < 0).any() for known, trace in zip(homes, traces, strict=True)):
         raise InputError("machines: Patches of a joint cast without a bus must be held by clusters")
     casts = [begin_cast(timing, patches=len(trace.tests), barriers=trace.is_barrier, slots=slots, run_ahead=run_ahead,
                         number=number, before_store=store.waiting if store else 0)
              for number, trace in enumerate(traces)]
     owner, is_stored = [], []
     for number, trace in enumerate(traces):
-        held = home[trace.patch]
+        held = homes[number, trace.patch]
         held = np.select([held == number, held < 0], [-1, NO_CLUSTER], held)
         held, keeps = ask_store(stores[number], trace.patch, held) if store else (held, np.zeros(len(held), dtype=bool))
         owner.append(held)
@@ -206,8 +235,8 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
     def joined(arrays, dtype=np.int64):
         return np.concatenate([np.asarray(array, dtype=dtype) for array in arrays])
 
-    clusters = np.full((count, 6), _NEVER, dtype=np.int64)
-    clusters[:, _BEGUN], clusters[:, _STAGES], clusters[:, _SERVED], clusters[:, _LEFT] = 0, lengths[:, _STAGE], 0, 0
+    clusters = np.zeros((count, _STATE), dtype=np.int64)
+    clusters[:, _STAGES], clusters[:, _SCHEDULED], clusters[:, _LOOKUP] = lengths[:, _STAGE], _NEVER, _NEVER
     rows = count * joint.outstanding
     networks = [packet_network(routing, packets=rows, buffer_flits=buffer_flits, arbitration=arbitration,
                                router_cycles=router_cycles) for _ in range(2)]
@@ -217,7 +246,7 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
         bus=bus_path(bus or _NO_BUS, memsys or Memsys(), clusters=count, kept=kept), limits=casts[0].limits,
         latency=np.array([*(getattr(joint, name) for name in _TIMES),
                           *(getattr(store or _NO_STORE, name) for name in _STORE_TIMES), store is not None,
-                          timing.memory, timing.memory + timing.traversal, timing.generator], dtype=np.int64),
+                          in_order, timing.memory, timing.memory + timing.traversal, timing.generator], dtype=np.int64),
         first=first, clusters=clusters, numbers=np.stack([cast.numbers for cast in casts]),
         **{name: joined(getattr(cast, name) for cast in casts) for name in (
             "ends", "ready", "remote", "closes", "ahead")},
@@ -226,19 +255,21 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
             "offset", "entries", "patch", "tests", "cycles", "searches", "first_cell")},
         is_new=joined((trace.is_new for trace in traces), bool),
         taken=np.zeros(count, dtype=np.int64),
-        owner=joined(owner), is_stored=joined(is_stored, bool), requested=np.zeros(rows, dtype=np.int64),
+        owner=joined(owner), is_stored=joined(is_stored, bool), has_come=np.zeros(first[-1, _PATCH], dtype=bool),
+        requested=np.zeros(rows, dtype=np.int64),
         unused=np.arange(rows)[::-1].copy(), count=np.array([rows], dtype=np.int64))
     for number in range(count):
         push(machine.late, timing.begin, 0, number)
         clusters[number, _SCHEDULED] = timing.begin
     _run(machine)
-    found = []
+    times = []
     for number, trace in enumerate(traces):
         cast, (patch, stage, _, _) = _cast(machine, number), first[number]
-        found.append(CastTimes(
+        times.append(CastTimes(
             begins=machine.begins[stage:stage + len(trace.cycles)], ends=machine.ends[patch:patch + len(trace.tests)],
             free=free(cast), cycles=int(last_end(cast)) + timing.over + timing.end))
-    return found
+    return JointCast(times=tuple(times), owner=tuple(owner), reads=fetched(machine.bus),
+                     deferred=np.array([np.count_nonzero(each) for each in is_stored]))
 
 
 @compiled
@@ -280,7 +311,7 @@ def _run(machine):
             return
         while next_time(early) == time:
             _, number, patch = pop(early)
-            arrive(_cast(machine, number), _items(machine, number), time, patch)
+            _deliver(machine, number, time, patch)
             _update(machine, number, time)
         while next_time(heap) == time:
             _, kind, subject = pop(heap)
@@ -344,6 +375,7 @@ def _update(machine, number, time):
     if latency[_HAS_STORE] and state[_LOOKUP] == _NEVER:
         state[_LOOKUP] = request_remote(cast, items, time, THROUGH_STORE, latency[_STORE_REQUESTS])
         if state[_LOOKUP] != _NEVER:
+            state[_ASKED] += 1
             push(machine.heap, time + latency[_STORE_LOOKUP], _LOOKED_UP, number)
     while True:
         patch = request_remote(cast, items, time, OVER_NETWORK, latency[_OUTSTANDING])
@@ -416,6 +448,23 @@ def _return(machine, number, time, patch):
         _leave_frame(machine, number, time + latency[_STORE_STORED], patch)
     else:
         push(machine.early, time + latency[_STORE_PASSED], number, patch)
+
+
+@compiled
+def _deliver(machine, number, time, patch):
+    """A patch can leave the store of a cluster: it does, or waits for those that were requested before it."""
+    state, cast, items = machine.clusters[number], _cast(machine, number), _items(machine, number)
+    if not machine.latency[_IN_ORDER]:
+        arrive(cast, items, time, patch)
+        return
+    first = machine.first[number, _PATCH]
+    machine.has_come[first + patch] = True
+    while state[_DELIVERED] < state[_ASKED]:
+        following = cast.remote[state[_DELIVERED], THROUGH_STORE]
+        if not machine.has_come[first + following]:
+            return
+        state[_DELIVERED] += 1
+        arrive(cast, items, time, following)
 
 
 @compiled

@@ -155,7 +155,7 @@ def _queued_sections(record, plan, config):
 
 
 def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = None,
-                 kept: Sequence[int] = (), stores: Sequence[PatchStore] = ()) -> list[CastTimes]:
+                 kept: Sequence[int] = (), stores: Sequence[PatchStore] = ()) -> tuple[CastTimes, ...]:
     """The times of all clusters.
 
     Parameters
@@ -172,12 +172,13 @@ def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = N
     noc, timing, joint = config.noc, cluster_timing(config), joint_timing(config)
     if local is not None:
         timing, joint = replace(timing, vertices=local), replace(joint, port=local)
-    return joint_cast(
+    cast = joint_cast(
         prepared.traces, prepared.home, timing, joint,
         routing=route(noc.network(), noc.virtual_channels), buffer_flits=noc.buffer_flits, arbitration=noc.arbitration,
         router_cycles=noc.router_cycles, slots=config.icu.slots, run_ahead=config.ctu.run_ahead,
         bus=bus_timing(config, latency=_LATENCY), memsys=config.memsys, kept=kept,
         store=store_timing(config) if stores else None, stores=stores)
+    return cast.times
 
 
 def _third_times(prepared, config):

@@ -104,12 +104,12 @@ def simulated_memory(rows: tuple[MemoryRow, ...], *, folder: Path | None = None)
             # The cache has served what the store had not.
             store, fetched = store_after(row.store, fetched)
             stores = {"store": store_timing(config), "stores": [store]}
-        times, = joint_cast(
+        cast = joint_cast(
             [trace], home, timing, joint_timing(config), routing=route(_TOPOLOGY, noc.virtual_channels),
             buffer_flits=noc.buffer_flits, arbitration=noc.arbitration, router_cycles=noc.router_cycles,
             slots=config.icu.slots, run_ahead=config.ctu.run_ahead, bus=bus_timing(config, latency=row.latency),
             memsys=config.memsys, kept=fetched, **stores)
-        yield row, times.cycles
+        yield row, cast.times[0].cycles
 
 
 def _frustum(row, config):

@@ -35,7 +35,7 @@ from tb.golden.machines.packet_runs import run_packets
 from tb.golden.machines.torus.torus_cases import run_small
 from tb.noc.packets import packets
 
-__all__ = ["SCENARIOS", "drawn_trace", "joint_runs", "joint_times", "joint_traces"]
+__all__ = ["SCENARIOS", "drawn_trace", "joint_casts", "joint_runs", "joint_traces"]
 
 
 def _heap():
@@ -91,13 +91,14 @@ def joint_traces(clusters, *, barrier=None):
     return traces, rng.integers(0, clusters, 30 + 10 * clusters)
 
 
-def joint_times(run, *, columns, rows, holder=None, slots=8, run_ahead=1, cached=None, barrier=None, frames=0, **path):
-    """Times of sections that clusters cast together; ``path`` are numbers of the `JointTiming`.
+def joint_casts(run, *, columns, rows, holder=None, slots=8, run_ahead=1, cached=None, barrier=None, frames=0,
+                in_order=False, **path):
+    """Sections that clusters cast together; ``path`` are numbers of the `JointTiming`.
 
     Drawn clusters hold the patches, or ``holder`` all of them. The stage ``barrier`` of each waits until all before it
     are over. With ``cached``, a placement, every third patch is held by no cluster, and the cache has eight lines. With
     ``frames`` each cluster has a patch store of so many, from which every second patch of its section has been
-    requested.
+    requested, and which patches leave ``in_order``.
     """
     config, clusters = PRESETS["paper"], columns * rows
     (traces, home), others = joint_traces(clusters, barrier=barrier), {}
@@ -110,7 +111,7 @@ def joint_times(run, *, columns, rows, holder=None, slots=8, run_ahead=1, cached
                   "memsys": memsys, "kept": np.arange(0, 12, 3)}
     if frames:
         others |= {"store": replace(store_timing(config), requests=3),
-                   "stores": [store_after(frames, trace.patch[::2])[0] for trace in traces]}
+                   "stores": [store_after(frames, trace.patch[::2])[0] for trace in traces], "in_order": in_order}
     return run(traces, home, cluster_timing(config), replace(joint_timing(config), **path),
                routing=route(Topology("mesh", columns, rows), config.noc.virtual_channels),
                buffer_flits=config.noc.buffer_flits, arbitration=config.noc.arbitration,
@@ -118,9 +119,10 @@ def joint_times(run, *, columns, rows, holder=None, slots=8, run_ahead=1, cached
 
 
 def joint_runs(run, **options):
-    """Begins and ends of the sections of `joint_times`."""
-    return np.concatenate([np.concatenate([one.begins, one.ends, [one.free, one.cycles]])
-                           for one in joint_times(run, **options)])
+    """Begins and ends of the sections of `joint_casts`, the sources of their patches, and counts."""
+    cast = joint_casts(run, **options)
+    return np.concatenate([*(np.concatenate([one.begins, one.ends, owner, [one.free, one.cycles]])
+                             for one, owner in zip(cast.times, cast.owner, strict=True)), cast.deferred, [cast.reads]])
 
 
 def _gather():

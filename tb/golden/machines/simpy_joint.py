@@ -8,6 +8,7 @@ from collections import deque
 import numpy as np
 import simpy
 
+from golden.machines.joint_cast import JointCast
 from golden.machines.packet_network import (
     DESTINATION,
     LENGTH,
@@ -27,12 +28,15 @@ __all__ = ["SimpyBus", "simpy_joint"]
 
 
 def simpy_joint(traces, home, timing, joint, *, routing, slots, run_ahead, bus=None, memsys=None, kept=(),
-                store=None, stores=(), **network):
-    """The times of `golden.machines.joint_cast.joint_cast`; ``network`` are the other parameters of its networks."""
+                store=None, stores=(), in_order=False, **network):
+    """What `golden.machines.joint_cast.joint_cast` finds; ``network`` are the other parameters of its networks."""
     path = bus and SimpyBus(bus, memsys, len(traces), kept)
-    made = _Joint(traces, home, timing, joint, routing, slots, run_ahead, path, store, stores, network)
+    made = _Joint(traces, home, timing, joint, routing, slots, run_ahead, path, store, stores, in_order, network)
     made.run()
-    return [cluster.times() for cluster in made.clusters]
+    return JointCast(times=tuple(cluster.times() for cluster in made.clusters), owner=tuple(made.owner),
+                     deferred=np.array([sum(number == cluster for cluster, _ in made.keeps)
+                                        for number in range(len(traces))]),
+                     reads=len(path.fetches) if path else 0)
 
 
 class SimpyBus:
@@ -43,7 +47,7 @@ class SimpyBus:
         self._cache.access(kept)
         self._waiting = [deque() for _ in range(clusters)]
         # When patches could be read: all of them, and those fetched.
-        self._answers, self._fetches = [], []
+        self._answers, self.fetches = [], []
 
     @property
     def is_active(self):
@@ -60,7 +64,7 @@ class SimpyBus:
         if made > cycle:
             return None
         self._waiting[cluster].popleft()
-        timing, answers, fetches = self.timing, self._answers, self._fetches
+        timing, answers, fetches = self.timing, self._answers, self.fetches
         begin = max([cycle, *([answers[-timing.requests]] if len(answers) >= timing.requests else [])])
         hit = self._cache.access([patch])[0][0]
         ready = [begin + (timing.hit if hit else timing.fetch)]
@@ -105,23 +109,27 @@ class _Network:
 class _Joint:
     """Clusters, networks and a bus with one clock."""
 
-    def __init__(self, traces, home, timing, joint, routing, slots, run_ahead, bus, store, stores, network):
+    def __init__(self, traces, home, timing, joint, routing, slots, run_ahead, bus, store, stores, in_order, network):
         # Of patch stores: their patches that are kept when they come, and when the last one left a frame.
-        self._store, self._keeps, self._left = store, set(), [0] * len(traces)
+        self._store, self.keeps, self._left = store, set(), [0] * len(traces)
         self._bus, self._fetched = bus, [deque() for _ in traces]
         self._joint, self._timing, self._env = joint, timing, simpy.Environment()
         self._requests, self._replies = (_Network(routing, len(traces) * joint.outstanding, network) for _ in range(2))
         self._served = [0] * len(traces)
-        self.clusters = []
+        # Of each store that keeps the order of its requests: those that have not left it, and what has come.
+        self._in_order, self._requested, self._come = in_order, [], [set() for _ in traces]
+        self.clusters, self.owner = [], []
         for number, trace in enumerate(traces):
-            held = home[trace.patch]
+            held = np.broadcast_to(home, (len(traces), home.shape[-1]))[number, trace.patch]
             owner = np.where(held == number, -1, np.where(held < 0, -2, held))
             for place in np.flatnonzero(owner != -1) if store else ():
                 patch = int(trace.patch[place])
                 if stores[number].request(patch):
                     owner[place] = -3
                 elif patch in stores[number]:
-                    self._keeps.add((number, place))
+                    self.keeps.add((number, place))
+            self.owner.append(owner)
+            self._requested.append(deque(np.flatnonzero(owner != -1).tolist()))
             self.clusters.append(SimpyCluster(
                 self._env, trace, timing, slots, run_ahead, owner=owner,
                 store=store, most=(joint.outstanding, bus.timing.outstanding if bus else 0,
@@ -161,7 +169,7 @@ class _Joint:
         yield self._env.timeout(cycle - self._env.now)
         if self._store is None:
             self.clusters[number].arrive(patch)
-        elif (number, patch) in self._keeps:
+        elif (number, patch) in self.keeps:
             self._leave(number, patch, self._store.stored)
         else:
             self._env.process(self._enter(number, patch, self._env.now + self._store.passed))
@@ -177,4 +185,7 @@ class _Joint:
         leaves._ok, leaves._value = True, None
         self._env.schedule(leaves, priority=simpy.events.URGENT, delay=cycle - self._env.now)
         yield leaves
-        self.clusters[number].arrive(patch)
+        come, requested = self._come[number], self._requested[number] if self._in_order else deque([patch])
+        come.add(patch)
+        while requested and requested[0] in come:
+            self.clusters[number].arrive(requested.popleft())

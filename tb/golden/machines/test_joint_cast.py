@@ -10,11 +10,13 @@ from golden.config import PRESETS
 from golden.errors import InputError
 from golden.machines.joint_cast import JointTiming, joint_cast
 from golden.machines.section_trace import replay
+from golden.noc.routing import route
+from golden.noc.topology import Topology
 from radiosity.benchmarks.machine_cuts import cut_config, recorded_cuts, simulated_cuts
 from radiosity.benchmarks.machine_memory import recorded_memory, simulated_memory
 from radiosity.cluster_timing import cluster_timing
 from radiosity.job_timing import joint_timing
-from tb.golden.machines.scenarios import joint_runs, joint_times, joint_traces
+from tb.golden.machines.scenarios import joint_casts, joint_runs, joint_traces
 from tb.golden.machines.simpy_joint import simpy_joint
 
 CONFIG = cut_config(4)
@@ -28,22 +30,23 @@ def alone(clusters):
 
 def test_clusters_with_all_patches_are_independent():
     for number, expected in enumerate(alone(2)):
-        found = joint_times(joint_cast, columns=2, rows=1, holder=number)[number]
+        found = joint_casts(joint_cast, columns=2, rows=1, holder=number).times[number]
         assert np.array_equal(found.begins, expected.begins)
         assert np.array_equal(found.ends, expected.ends)
         assert (found.free, found.cycles) == (expected.free, expected.cycles)
 
 
 def test_patches_of_other_clusters_come_later():
-    found, expected = joint_times(joint_cast, columns=2, rows=2), alone(4)
+    found, expected = joint_casts(joint_cast, columns=2, rows=2).times, alone(4)
     assert sum(one.cycles for one in found) > sum(one.cycles for one in expected)
     assert [len(one.ends) for one in found] == [len(one.ends) for one in expected]
     assert all((one.ends > 0).all() for one in found)
 
 
 def test_one_owner_of_all_patches_is_a_bottleneck():
-    spread, single = (sum(int(one.ends.sum()) for one in joint_times(joint_cast, columns=2, rows=2, holder=holder)[1:])
-                      for holder in (None, 0))
+    spread, single = (
+        sum(int(one.ends.sum()) for one in joint_casts(joint_cast, columns=2, rows=2, holder=holder).times[1:])
+        for holder in (None, 0))
     assert single > spread
 
 
@@ -122,6 +125,7 @@ def test_requests_share_the_port_of_their_owner():
     {"columns": 2, "rows": 2, "run_ahead": 6, "barrier": 2},
     {"columns": 2, "rows": 1, "frames": 16, "cached": "lru", "run_ahead": 6},
     {"columns": 2, "rows": 2, "frames": 8, "cached": "direct"},
+    {"columns": 2, "rows": 1, "frames": 8, "cached": "lru", "in_order": True, "run_ahead": 6},
     *(pytest.param({"columns": 4, "rows": 4, **more}, marks=pytest.mark.nightly)
       for more in ({"run_ahead": 6}, {"cached": "lfu"}, {"frames": 8, "run_ahead": 6}))])
 def test_events_are_those_of_processes_in_simpy(options):
@@ -129,9 +133,19 @@ def test_events_are_those_of_processes_in_simpy(options):
     assert np.array_equal(found, expected)
 
 
+def test_clusters_may_know_other_owners():
+    """Each holds all patches that it needs, as it knows: the network carries nothing."""
+    (traces, _), config = joint_traces(2), CONFIG
+    home = np.tile(np.arange(2)[:, None], 50)
+    found = joint_cast(traces, home, cluster_timing(config), joint_timing(config), routing=route(
+        Topology("mesh", 2, 1), config.noc.virtual_channels), buffer_flits=config.noc.buffer_flits,
+        arbitration=config.noc.arbitration, router_cycles=config.noc.router_cycles, slots=8, run_ahead=1)
+    assert [one.cycles for one in found.times] == [one.cycles for one in alone(2)]
+
+
 def test_patches_that_no_cluster_holds_are_refused():
     with pytest.raises(InputError, match=re.escape("Patches of a joint cast without a bus must be held by clusters")):
-        joint_times(joint_cast, columns=2, rows=1, holder=-1)
+        joint_casts(joint_cast, columns=2, rows=1, holder=-1)
 
 
 @pytest.mark.parametrize(("wrong", "error", "message"), [

@@ -13,7 +13,7 @@ from golden.memsys.patch_store import KEPT_OF, PatchStore
 from radiosity.benchmarks.machine_cuts import recorded_cuts, simulated_cuts
 from radiosity.benchmarks.machine_memory import recorded_memory, simulated_memory
 from radiosity.job_timing import store_timing
-from tb.golden.machines.scenarios import joint_runs
+from tb.golden.machines.scenarios import joint_casts, joint_runs
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -41,6 +41,16 @@ def test_a_store_that_has_all_patches_hides_the_network():
     none, small, large = (joint_runs(joint_cast, columns=2, rows=2, frames=frames) for frames in (0, 2, 256))
     assert large.sum() < small.sum()
     assert large.sum() < none.sum()
+
+
+def test_presence_bits_that_block_keep_the_order_of_the_requests():
+    """A patch that is absent delays those behind it, and nothing else changes: the same patches are fetched."""
+    free, blocked = (joint_casts(joint_cast, columns=2, rows=2, cached="lru", frames=64, in_order=in_order)
+                     for in_order in (False, True))
+    assert sum(one.cycles for one in blocked.times) > sum(one.cycles for one in free.times)
+    assert (blocked.deferred == free.deferred).all()
+    assert free.deferred.all()
+    assert all((one == other).all() for one, other in zip(blocked.owner, free.owner, strict=True))
 
 
 def test_latencies_are_those_of_the_components():
