@@ -164,7 +164,8 @@ class ViewFactorTask:
     def _report(self, factors: ViewFactors, method):
         figures = {"patches": len(factors), "entries": factors.F.nnz, "closure": factors.closure,
                    "reciprocity": factors.reciprocity, "error": factors.largest_error,
-                   "sky_error": factors.largest_sky_error, "largest_change": factors.largest_change,
+                   "sky_error": factors.largest_sky_error, "sky_patch_error": factors.largest_sky_patch_error,
+                   "largest_absent": factors.largest_absent, "largest_change": factors.largest_change,
                    "sky_change": factors.sky_change, "infeasible": factors.infeasible.tolist(),
                    "missed": factors.missed.tolist(), "sky_missed": factors.sky_missed.tolist(),
                    "back": factors.back.max(), "area": factors.area.sum(),
@@ -181,6 +182,11 @@ class ViewFactorTask:
             lines.append(f"estimated error {factors.largest_error:.1e}, of the sky {factors.largest_sky_error:.1e}; "
                          f"the projection moves factors by up to {factors.largest_change:.1e}, the sky by up to "
                          f"{factors.sky_change:.1e}")
+            if factors.F.nnz < len(factors)**2:
+                lines.append("a factor between patches that face each other and that has no entry may be up to "
+                             f"{factors.largest_absent:.1e}")
+        if factors.sky_patches_error is not None:
+            lines.append(f"estimated error of a patch of the sky {factors.largest_sky_patch_error:.1e}")
         if factors.back.any():
             lines.append(f"black backs of one-sided patches take up to {factors.back.max():.3g} of a row"
                          f"{'' if self._output.suffix.lower() in ('.npz', '.nc') else ', which these files leave out'}")

@@ -133,6 +133,20 @@ class ViewFactors:
         return None if self.error is None else 2 * float(self.error.data.max(initial=self.hidden_error))
 
     @property
+    def largest_absent(self) -> float | None:
+        """Estimated bound of a factor that is no entry; None if errors are unknown.
+
+        Segments that all were blocked leave twice `hidden_error`, and a pair whose factor without occlusion is at most
+        half of the requested error has an entry only if a ray met it.
+        """
+        return None if self.error is None else max(2 * self.hidden_error, self.settings.get("error", 0) / 2)
+
+    @property
+    def largest_sky_patch_error(self) -> float | None:
+        """Estimated absolute error of the least certain share of a patch of the sky; None if it is unknown."""
+        return None if self.sky_patches_error is None else 2 * float(self.sky_patches_error.data.max(initial=0))
+
+    @property
     def largest_sky_error(self) -> float | None:
         """Estimated absolute error of the least certain sky view factor; None if it is unknown."""
         return None if self.sky_error is None else 2 * float(self.sky_error.max())

@@ -46,13 +46,17 @@ def test_every_figure_of_the_report(seconds, tmp_path):
     assert report == {
         "output": tmp_path / "a.npz", "scene": "furnace:1", "method": "grid", "patches": 3, "entries": 6,
         "closure": pytest.approx(0.02), "reciprocity": pytest.approx(FACTORS.reciprocity, abs=1e-12), "seconds": 1,
-        "error": pytest.approx(0.015), "sky_error": pytest.approx(0.02), "largest_change": pytest.approx(0.0075),
+        "error": pytest.approx(0.015), "sky_error": pytest.approx(0.02), "sky_patch_error": pytest.approx(0.006),
+        "largest_absent": pytest.approx(0.00625), "largest_change": pytest.approx(0.0075),
         "sky_change": pytest.approx(0.03), "infeasible": [2], "missed": [1], "sky_missed": [0, 1], "back": 0.04,
         "area": pytest.approx(12 * FOOT**2), "length": pytest.approx(FOOT),
         "peak_memory": report["peak_memory"], "least_share": 2 / 8, "greatest_share": 4 / 8}
     for line in ("area 1.115 m2 in a scene 0.3048 m long: its unit of length is taken as ft (--unit)",
                  "estimated error 1.5e-02, of the sky 2.0e-02; the projection moves factors by up to 7.5e-03, the sky "
-                 "by up to 3.0e-02", "rows that do not close within their errors: 1, the first 2",
+                 "by up to 3.0e-02",
+                 "a factor between patches that face each other and that has no entry may be up to 6.3e-03",
+                 "estimated error of a patch of the sky 6.0e-03",
+                 "rows that do not close within their errors: 1, the first 2",
                  "rows that miss the requested error: 1, the first 1",
                  "rows that miss the requested error of the sky: 2, the first 0, 1",
                  "hemispheres met a patch in 25.00% to 50.00%"):

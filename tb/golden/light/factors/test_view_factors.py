@@ -19,10 +19,20 @@ def test_figures_of_three_sides():
     assert factors.largest_change == pytest.approx(0.0075)
     assert factors.sky_change == pytest.approx(0.02)
     assert factors.largest_sky_error == pytest.approx(0.02)
+    assert factors.largest_sky_patch_error == pytest.approx(0.006)
+
+
+@pytest.mark.parametrize(("hidden", "error", "bound"), [
+    (0.001, 0.01, 0.005), (0.004, 0.01, 0.008), (0.004, None, 0.008)])
+def test_a_factor_without_an_entry_has_a_bound(hidden, error, bound):
+    """Twice its standard error where segments measured it, half of the request where rays alone might have met it."""
+    settings = {} if error is None else {"error": error}
+    assert three_sides(hidden_error=hidden, settings=settings).largest_absent == pytest.approx(bound)
 
 
 def test_what_is_not_known_is_none():
     factors = three_sides(error=None, unprojected=None, unprojected_sky=None, sky_error=None)
+    assert three_sides(sky_patches_error=None).largest_sky_patch_error is factors.largest_absent is None
     assert factors.largest_error is factors.largest_change is factors.sky_change is factors.largest_sky_error is None
 
 
