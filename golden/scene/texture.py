@@ -14,8 +14,8 @@ MOST_PIXELS = 1 << 26
 FINEST = 128
 """Most parts along each side of a triangle at whose centres a picture is sampled."""
 
-BLOCK = 1 << 20
-"""Samples at a time, which bounds memory."""
+BLOCK = 1 << 16
+"""Samples at a time, which stay in a processor's cache."""
 
 PARALLEL = 1e-6
 """Largest sine between the normals of two triangles that count as coplanar."""
@@ -122,17 +122,18 @@ class Texture:
         texels = np.stack([uv[..., 0] * width, (1 - uv[..., 1]) * height], axis=2)
         longest = np.linalg.norm(texels - np.roll(texels, 1, axis=1), axis=2).max(axis=1)
         # Two parts along a texel leave the texels at the rim as the only ones that are inexact.
-        parts = np.clip(2 ** np.ceil(np.log2(np.maximum(2 * longest, 2))), 2, FINEST).astype(int)
-        result = np.empty((len(uv), 3))
+        parts = np.clip(np.ceil(2 * longest), 2, FINEST).astype(int)
+        pixels, result = self._pixels.reshape(-1, 3), np.empty((len(uv), 3))
         for count in np.unique(parts).tolist():
             weights = _centres(count)
             chosen = np.flatnonzero(parts == count)
             step = max(1, BLOCK // len(weights))
             for first in range(0, len(chosen), step):
                 rows = chosen[first:first + step]
-                where = np.floor(np.einsum("qk,fkx->fqx", weights, texels[rows])).astype(np.int64)
-                column, row = (self._wrap[axis](where[..., axis], (width, height)[axis]) for axis in (0, 1))
-                result[rows] = _LINEAR[self._pixels[row, column]].mean(axis=1)
+                column, row = (self._wrap[axis](np.floor(weights @ texels[rows, :, axis].T).astype(np.int64), size)
+                               for axis, size in enumerate((width, height)))
+                seen = pixels.take(row * width + column, axis=0)
+                result[rows] = _LINEAR.take(seen).mean(axis=0)
         return result
 
 
