@@ -4,10 +4,11 @@ import numpy as np
 
 from golden.frustum import FrustumRecord
 from golden.scene.patch_geometry import PatchGeometry
+from radiosity.benchmarks.truth.exact_geometry import ExactGeometry
 from radiosity.benchmarks.truth.integer_rule import IntegerRule, RuleHits
 from radiosity.benchmarks.truth.ray_directions import hemisphere_directions, screen_directions
 
-__all__ = ["ray_directions", "rule_hits"]
+__all__ = ["exact_geometry", "ray_directions", "rule_hits"]
 
 
 def ray_directions(record: FrustumRecord) -> np.ndarray:
@@ -16,7 +17,16 @@ def ray_directions(record: FrustumRecord) -> np.ndarray:
 
 
 def rule_hits(record: FrustumRecord, geometry: PatchGeometry, numbers: type = np.int64) -> RuleHits:
-    """Hits by the integer rule, from vertices and origin in G, the matrix, and the source."""
+    """Hits by the integer rule."""
+    return IntegerRule(**_given(record, geometry), numbers=numbers).cast(ray_directions(record))
+
+
+def exact_geometry(record: FrustumRecord, geometry: PatchGeometry) -> ExactGeometry:
+    """Exact geometry of the snapped vertices and the grid's directions."""
+    return ExactGeometry(**_given(record, geometry), directions=ray_directions(record))
+
+
+def _given(record, geometry):
+    """What the host gives: vertices and origin in G, the matrix, and the source."""
     sources = np.flatnonzero(geometry.surface == record.source) if record.source >= 0 else ()
-    return IntegerRule(corners=geometry.vertices, matrix=record.matrix, origin=record.origin, sources=sources,
-                       numbers=numbers).cast(ray_directions(record))
+    return {"corners": geometry.vertices, "matrix": record.matrix, "origin": record.origin, "sources": sources}

@@ -31,13 +31,13 @@ class RayTiles:
         self._ends = [[bound.reduceat(self.rays[:, axis], self._starts) for bound in (np.minimum, np.maximum)]
                       for axis in range(3)]
 
-    def met(self, cones) -> np.ndarray:
-        """Rows of `rays`: all of a tile that may hold one with n . d >= 0 for all planes n of one of the ``cones``."""
+    def met(self, cones, *, slack: int = 0) -> np.ndarray:
+        """Rows of `rays`: all of a tile that may hold one with n . d >= -slack for all planes n of one of the cones."""
         may = np.zeros(len(self._starts), bool)
         for planes in cones:
             inside = np.ones(len(self._starts), bool)
             for plane in planes:
-                inside &= sum(n * ends[n > 0] for n, ends in zip(plane, self._ends, strict=True)) >= 0
+                inside &= sum(n * ends[n > 0] for n, ends in zip(plane, self._ends, strict=True)) >= -slack
             may |= inside
         sizes = self._sizes[may]
         return np.repeat(self._starts[may] - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
