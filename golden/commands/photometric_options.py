@@ -11,6 +11,8 @@ PHOTOMETRIC = (
                  ".csv."),
     click.option("--false-colour", type=FILE, metavar="PREFIX", help="Write luminance (cd/m2) and illuminance (lux) of "
                  "each pixel to PREFIX-luminance.png and PREFIX-illuminance.png, with a legend."),
+    click.option("--decades", type=Positive(), help="Make the scale of --false-colour logarithmic, over so many powers "
+                 "of ten.  [default: linear]"),
     click.option("--surfaces", type=FILE, help="Write all surfaces in the colours of their radiosity to this .glb."),
     click.option("--sensors", type=FILE, help="Measure illuminance at the points and on the work planes of this file: "
                  "lines x y z nx ny nz, and plane x y z ux uy uz vx vy vz m n."),
@@ -19,5 +21,5 @@ PHOTOMETRIC = (
                  "scene's values are candela, lux and cd/m2."))
 """The options: each sets the field of its name of `golden.tasks.photometry.Photometry`."""
 
-PHOTOMETRIC_NAMES = ("illuminance", "false_colour", "surfaces", "sensors", "sensor_table", "efficacy")
+PHOTOMETRIC_NAMES = ("illuminance", "false_colour", "decades", "surfaces", "sensors", "sensor_table", "efficacy")
 """The fields."""

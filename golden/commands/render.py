@@ -33,7 +33,7 @@ _NAMED = {"Samples": "--spp", "Width": "--size", "Height": "--size", "Size": "--
           "Light samples": "--light-samples", "Depth": "--depth", "Seed": "--seed", "Jobs": "--jobs",
           "Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Field of view": "--fov",
           "Target": "--target", "Up": "--up", "Zenith": "--zenith", "Clusters": "--clusters",
-          "Sensor table": "--sensor-table", **DAYLIGHT_NAMED}
+          "Sensor table": "--sensor-table", "Decades": "--decades", **DAYLIGHT_NAMED}
 
 
 def render_command(*methods: CastingMethod) -> click.Command:
@@ -83,6 +83,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @click.option("--tone", type=click.Choice(CURVES), default="reinhard", help="Choose the tone curve.")
     @click.option("--gamma", type=Positive(), help="Set the exponent of the display's power law.  [default: the sRGB "
                   "curve]")
+    @click.option("--bits", type=click.Choice(["8", "16"]), default="8", help="Set the bits of each channel of a .png.")
     @click.option("--stats", type=FILE, help="Write counts and seconds to this .json.")
     @click.option("--heatmap", type=FILE, metavar="PREFIX", help="Write the tests and the cell steps of each pixel to "
                   "PREFIX-tests.png and PREFIX-steps.png.")
@@ -103,7 +104,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
                                   depth=depth, rays=rays, solver=solver, max_edge=max_edge, max_area=max_area,
                                   method="shelling" if chosen else method, cell=cell, jobs=jobs, seed=seed)
         photometry = Photometry(**{name: given[name] for name in PHOTOMETRIC_NAMES})
-        files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry,
+        files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry, bits=int(given["bits"]),
                             **{name: given[name] for name in ("exposure", "tone", "gamma")})
         view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "zenith", "sky")},
                     daylight=daylight, luminaires=tuple(Luminaire(path=path, place=place[:3], turn=place[3])

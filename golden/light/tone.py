@@ -32,8 +32,8 @@ def automatic_exposure(image: np.ndarray) -> float:
 
 
 def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "reinhard",
-             gamma: float | None = None) -> np.ndarray:
-    """H x W x 3 linear radiance as a uint8 picture.
+             gamma: float | None = None, bits: int = 8) -> np.ndarray:
+    """H x W x 3 linear radiance as a picture of 8 or 16 bits a channel.
 
     Parameters
     ----------
@@ -44,6 +44,8 @@ def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "
         but at least 1, becomes white (the paper's eq. 4; hue is kept). ``"linear"``: clipped at 1.
     gamma
         Power law of the display; None is the sRGB curve (IEC 61966-2-1).
+    bits
+        8 or 16.
 
     Raises
     ------
@@ -62,7 +64,7 @@ def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "
         linear = linear * ((1 + bright / white**2) / (1 + bright))[..., None]
     linear = np.clip(linear, 0, 1)
     encoded = _srgb(linear) if gamma is None else linear ** (1 / gamma)
-    return np.rint(255 * encoded).astype(np.uint8)
+    return np.rint((2**bits - 1) * encoded).astype({8: np.uint8, 16: np.uint16}[bits])
 
 
 def _srgb(linear: np.ndarray) -> np.ndarray:

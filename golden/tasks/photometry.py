@@ -33,6 +33,8 @@ class Photometry:
         A .csv for illuminance and radiosity of each patch, or None.
     false_colour
         The beginning of the names of two pictures, luminance and illuminance of each pixel, or None.
+    decades
+        Powers of ten of a logarithmic scale of these pictures, or None: it is linear.
     surfaces
         A .glb for the solved light of all surfaces, or None.
     sensors
@@ -45,11 +47,12 @@ class Photometry:
     Raises
     ------
     InputError
-        A file cannot be written, or there is a table of sensors without sensors.
+        A file cannot be written, or there is a table of sensors without sensors, or a scale without false colours.
     """
 
     illuminance: Path | None = None
     false_colour: Path | None = None
+    decades: float | None = None
     surfaces: Path | None = None
     sensors: Path | None = None
     sensor_table: Path | None = None
@@ -59,6 +62,8 @@ class Photometry:
         check_outputs(self.illuminance, self.sensor_table, suffixes=(".csv",))
         check_outputs(*self.pictures, suffixes=(".png",))
         check_outputs(self.surfaces, suffixes=(".glb",))
+        if self.decades and not self.false_colour:
+            raise InputError("Decades must have false colours (--false-colour), not be alone")
         if self.sensor_table and not self.sensors:
             raise InputError("Sensor table must have sensors (--sensors), not be alone")
 
@@ -89,7 +94,8 @@ class Photometry:
         if self.false_colour:
             values = (candela_per_m2(result.image, self.efficacy), np.pi * self.efficacy * result.received)
             for path, value, what in zip(self.pictures, values, ("luminance, cd/m2", "illuminance, lux"), strict=True):
-                write_png(path, false_colour(value, what, top=float(np.quantile(value, 1 - _BEYOND))))
+                write_png(path, false_colour(value, what, top=float(np.quantile(value, 1 - _BEYOND)),
+                                             decades=self.decades))
         if sensors is None:
             return {}, ""
         illuminance = lux(result.sensors, self.efficacy)

@@ -98,7 +98,7 @@ class RenderFiles:
         For the statistics. (.json)
     heatmap
         The beginning of the names of two pictures: patch tests and cell steps of each pixel.
-    exposure, tone, gamma
+    exposure, tone, gamma, bits
         See `golden.light.tone.tone_map`, for every .png.
 
     Raises
@@ -114,6 +114,7 @@ class RenderFiles:
     exposure: float | None = None
     tone: str = "reinhard"
     gamma: float | None = None
+    bits: int = 8
 
     def __post_init__(self):
         check_outputs(*self.images, suffixes=(".png", ".exr"))
@@ -136,9 +137,10 @@ class RenderFiles:
         """Write all of them."""
         for path in self.images:
             if path.suffix.lower() == ".exr":
-                write_exr(path, result.image)
+                write_exr(path, result.image, white=self.photometry.efficacy)
             else:
-                write_png(path, tone_map(result.image, exposure=self.exposure, curve=self.tone, gamma=self.gamma))
+                write_png(path, tone_map(result.image, exposure=self.exposure, curve=self.tone, gamma=self.gamma,
+                                         bits=self.bits), gamma=self.gamma)
         values = (result.tests, result.steps)
         for path, counts, what in zip(self.heatmaps, values, ("patch tests", "cell steps"), strict=False):
             write_png(path, false_colour(counts, f"{what} per pixel"))

@@ -165,6 +165,8 @@ BAD = {
     "unknown method": ({}, (*RENDER, "--method", "octree"), "octree"),
     "unknown tone curve": ({}, (*RENDER, "--tone", "filmic"), "filmic"),
     "exposure not a number": ({}, (*RENDER, "--exposure", "nan"), "--exposure"),
+    "scale without false colours": ({}, (*RENDER, "--decades", "3"), "--decades"),
+    "picture of other bits": ({}, (*RENDER, "--bits", "12"), "--bits"),
     "gamma of zero": ({}, (*RENDER, "--gamma", "0"), "--gamma"),
     "sky of two numbers": ({}, (*RENDER, "--sky", "1,1"), "--sky"),
     "dark sky below zero": ({}, (*RENDER, "--sky", "0,-1,0"), "--sky"),

@@ -50,6 +50,8 @@ def test_linear_curve_with_srgb_meets_the_standard_values():
 
 def test_gamma_is_the_power_law():
     assert tone_map(grey(0.25), exposure=1.0, curve="linear", gamma=2.0)[0, 0, 0] == 128
+    deep = tone_map(grey(0.25, 0.0625), exposure=1.0, curve="linear", gamma=2.0, bits=16)
+    assert (deep.dtype, deep[0, :, 0].tolist()) == (np.uint16, [32768, 16384])
 
 
 @pytest.mark.parametrize("brightest", [0.5, 1.0, 2.0, 40.0])

@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import pytest
 from PIL import Image
 
 from golden.errors import InputError, InputWarning
-from golden.image import false_colour, read_exr
+from golden.image import false_colour, read_exr, write_png
 from golden.light.photometry import surface_file
 from golden.light.photometry.sensors import Sensors
 from golden.light.tone import tone_map
@@ -66,12 +67,15 @@ def written(files, view=None, *, caster=None, **options):
 
 
 @pytest.mark.parametrize("options", [
-    {}, {"exposure": 3.0}, {"exposure": 3.0, "tone": "linear"}, {"exposure": 3.0, "gamma": 1.3}])
+    {}, {"exposure": 3.0}, {"exposure": 3.0, "tone": "linear"}, {"exposure": 3.0, "gamma": 1.3}, {"bits": 16}])
 def test_pictures_are_as_bright_as_the_options_say(options, tmp_path):
-    written(RenderFiles(images=(tmp_path / "a.png", tmp_path / "a.exr"), **options))
+    written(RenderFiles(images=(tmp_path / "a.png", tmp_path / "a.exr"), photometry=Photometry(efficacy=EFFICACY),
+                        **options))
     expected = tone_map(IMAGE, exposure=options.get("exposure"), curve=options.get("tone", "reinhard"),
-                        gamma=options.get("gamma"))
-    np.testing.assert_array_equal(picture(tmp_path / "a.png"), expected)
+                        gamma=options.get("gamma"), bits=options.get("bits", 8))
+    write_png(tmp_path / "expected.png", expected, gamma=options.get("gamma"))
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "expected.png").read_bytes()
+    assert OpenEXR.File(str(tmp_path / "a.exr")).header()["whiteLuminance"] == EFFICACY
     np.testing.assert_array_equal(read_exr(tmp_path / "a.exr"), IMAGE.astype(np.float32))
 
 
@@ -81,7 +85,8 @@ def test_heat_maps_are_of_tests_and_of_steps(tmp_path):
         np.testing.assert_array_equal(picture(tmp_path / f"a-{name}.png"), false_colour(counts, f"{what} per pixel"))
 
 
-def test_every_measurement_has_the_efficacy(monkeypatch, tmp_path, rendered):
+@pytest.mark.parametrize("decades", [None, 2.5])
+def test_every_measurement_has_the_efficacy(monkeypatch, tmp_path, rendered, decades):
     """False colours end below the brightest percent of the pixels, here one of 126."""
     surfaces, rows = {}, {}
     monkeypatch.setattr(surface_file, "write_surfaces",
@@ -91,7 +96,7 @@ def test_every_measurement_has_the_efficacy(monkeypatch, tmp_path, rendered):
     sensors = Sensors(position=np.arange(9.0).reshape(3, 3), normal=np.eye(3), plane=np.array([-1, 0, 0]))
     monkeypatch.setattr(photometry, "read_sensors", lambda path: sensors if path.name == "points.txt" else None)
     stats, text = written(RenderFiles(images=(), exposure=0.3, stats=tmp_path / "s.json", photometry=Photometry(
-        illuminance=tmp_path / "a.csv", false_colour=tmp_path / "b", surfaces=tmp_path / "a.glb",
+        illuminance=tmp_path / "a.csv", false_colour=tmp_path / "b", decades=decades, surfaces=tmp_path / "a.glb",
         sensors=tmp_path / "points.txt", sensor_table=tmp_path / "s.csv", efficacy=EFFICACY)))
     assert rendered["sensors"] is sensors
     assert rendered["with_received"]
@@ -102,7 +107,8 @@ def test_every_measurement_has_the_efficacy(monkeypatch, tmp_path, rendered):
                                ("illuminance", np.pi * EFFICACY * RECEIVED, "illuminance, lux")):
         top = np.quantile(values, 0.99)
         assert top < values.max() / 100
-        np.testing.assert_array_equal(picture(tmp_path / f"b-{name}.png"), false_colour(values, what, top=top))
+        np.testing.assert_array_equal(picture(tmp_path / f"b-{name}.png"), false_colour(values, what, top=top,
+                                                                                                decades=decades))
     lux = np.pi * EFFICACY * MEASURED @ LUMINANCE
     found = [float(line.split(",")[-1]) for line in (tmp_path / "s.csv").read_text().splitlines()[1:]]
     assert found == pytest.approx(lux)
