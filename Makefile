@@ -63,8 +63,8 @@ $(LITEX)/installed: pyproject.toml
 	$(LITEX)/bin/pip install --quiet --disable-pip-version-check -r $(LITEX)/requirements.txt
 	@touch $@
 
-demo: $(STAMP) ## render real scenes; pictures and a report in out/demo/
-	@echo "== rendering into $(OUT)/demo/"
+demo: $(STAMP) ## a picture, the same rays on the simulated hardware, its Verilog, form factors: out/demo/index.html
+	@echo "== making $(OUT)/demo/index.html"
 	$(BIN)/python -m radiosity demo $(OUT)/demo
 
 test: lint ## what every commit must pass: golden model, product, a bench of each block under cocotb, jobs on the engine

@@ -1,98 +1,120 @@
-"""Real scenes, rendered and cast, with pictures and a report."""
+"""The whole main job at a small size: a picture, the same rays on the simulated hardware, its Verilog, form factors."""
 
-import json
+import csv
 import platform
+import subprocess
+from html import escape
 from importlib.metadata import version
 from pathlib import Path
 
+import click
 import numpy as np
-from PIL import Image, ImageChops
 from scipy import sparse
 
+from golden.commands.console import console
+from golden.output import whole_file
 from golden.package_version import DISTRIBUTION, package_version
 from golden.processors import processors
+from hw.simulator.verilator import verilator_package
 from radiosity.run import run
 
-__all__ = ["MACHINE", "RENDERED", "write_demo"]
+__all__ = ["write_demo"]
 
-# Name of the pictures, scene, options. The telephone is read from a file.
-RENDERS = (
-    ("cornell", "cornell", ("--size", "512x512")),
-    ("room1627", "room1627", ("--size", "400x300")),
-    ("phone", "phone.glb", ("--size", "400x300")),
-    ("mountain", "mountain", ("--size", "400x300")),
-)
-
-# The image that the machine renders, of few elements.
-RENDERED = ("cornell", "--size", "128x128", "--spp", "1", "--rays", "32x8", "--max-edge", "200")
-MACHINE = ("--method", "machine", "--clusters", "4")
-
-
-def picture(folder: Path, name: str, scene: str, options: tuple[str, ...]) -> list[str]:
-    """A section of the report: command, picture, heat map, and what it took."""
-    line = run(folder, "render", scene, "-o", f"{name}.png", "-o", f"{name}.exr", "--heatmap", name,
-                  "--stats", f"{name}.json", *options)
-    stats = json.loads((folder / f"{name}.json").read_text())
-    rows = [f"| {kind} | {counts['rays']:,} | {counts['hits']:,} | {counts['tests'] / max(1, counts['rays']):.2f} "
-            f"| {counts['steps'] / max(1, counts['rays']):.2f} |"
-            for kind, counts in {**stats["rays"], "total": stats["total"]}.items()]
-    seconds = [f"{stage} {value:.1f} s" for stage, value in stats["seconds"].items()]
-    return [f"## {name}", "", f"`{line}`", "",
-            f"![{name}]({name}.png) ![patch tests per pixel]({name}-tests.png)", "",
-            f"{stats['patches']} patches, {stats['elements']} elements; {', '.join(seconds)}", "",
-            "| rays | cast | hit | tests per ray | cell steps per ray |", "|---|--:|--:|--:|--:|", *rows, ""]
-
-
-def form_factors(folder: Path) -> list[str]:
-    """A section of the report: form factors of a closed scene, whose rows must sum to one exactly."""
-    line = run(folder, "formfactors", "furnace:4", "-o", "furnace.npz", "--rays", "256x64")
-    with np.load(folder / "furnace.npz") as stored:
-        exact = (stored["row_sums"] == 1 << int(stored["weight_bits"])).sum()
-        count, worst = stored["row_sums"].size, np.abs(sparse.load_npz(folder / "furnace.npz").sum(axis=1) - 1).max()
-    return ["## Form factors of a closed cube", "", f"`{line}`", "",
-            f"{exact} of {count} hemispheres sum to 1 exactly, as integers; the rows of F in floating point are within "
-            f"{worst:.1e} of it.", ""]
-
-
-def on_the_machine(folder: Path) -> list[str]:
-    """A section of the report: an image whose hemispheres and primary rays the RTL has cast, beside golden's."""
-    line = run(folder, "render", *RENDERED, *MACHINE, "-o", "machine.png", "-o", "machine.exr", "--stats",
-               "machine.json")
-    cast = run(folder, "cast", "cornell", "--patch", "4", "--cell", "0.25", *MACHINE, "--timeline", "timeline.svg")
-    run(folder, "render", *RENDERED, "--method", "shelling", "-o", "machine-golden.png", "-o", "machine-golden.exr")
-    for suffix in "png", "exr":
-        if (folder / f"machine.{suffix}").read_bytes() != (folder / f"machine-golden.{suffix}").read_bytes():
-            raise SystemExit(f"error: machine.{suffix} is not what golden makes")
-    with Image.open(folder / "machine.png") as ours, Image.open(folder / "machine-golden.png") as theirs:
-        ImageChops.difference(ours.convert("RGB"), theirs.convert("RGB")).save(folder / "machine-difference.png")
-    done = json.loads((folder / "machine.json").read_text())["machine"]
-    return ["## On the machine", "", f"`{line}`", "",
-            "![the machine's image](machine.png) ![golden's](machine-golden.png) "
-            "![the difference](machine-difference.png)", "",
-            f"Hemispheres and primary rays were cast by the RTL, {done['share']:.1%} of all rays: {done['frusta']} "
-            f"frusta in {done['jobs']} jobs, {done['rays']:,} rays, {done['cycles']:,} cycles in all, "
-            f"{done['tested'] / done['rays']:.2f} tests per ray. All bytes of both images are golden's: the third one "
-            "is black.", "",
-            f"`{cast}`", "", "![what is busy when](timeline.svg)", ""]
+# The picture, and a hemisphere in its room, which one cast finds in numpy and the other in the RTL of four clusters.
+PICTURE = ("render", "cornell", "--method", "shelling", "--size", "160x160", "--spp", "1", "--rays", "32x8",
+           "--max-edge", "150")
+HEMISPHERE = ("cast", "cornell", "--patch", "4", "--cell", "0.25", "--clusters", "4")
+# Arrays of a hit; the hardware's and golden's are compared bit for bit.
+HIT = ("patch", "inverse", "u", "v")
+HEAD = """<!doctype html>
+<meta charset='utf-8'>
+<title>Radiosity Engine</title>
+<style>body{max-width:50em;margin:2em auto;font:16px/1.5 sans-serif} img{max-width:100%}</style>
+<h1>Radiosity Engine</h1>"""
 
 
 def write_demo(folder: Path) -> Path:
-    """Run all jobs in a folder and return the report's path.
+    """Run all commands in a folder and return the path of the page that shows them with what they made.
 
     Raises
     ------
     click.exceptions.Exit
-        A job fails.
+        A command fails.
+    click.ClickException
+        The hardware's hits are not golden's.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    report = ["# Demo", "",
-              f"{DISTRIBUTION} {package_version()}, Python {platform.python_version()}, "
-              f"numpy {version('numpy')}, {processors()} cores ({platform.machine()}). The golden renderer "
-              "makes all but the last picture in double precision.", ""]
-    run(folder, "scene", "phone", "-o", "phone.glb")
-    for job in RENDERS:
-        report += picture(folder, *job)
-    report += form_factors(folder)
-    report += on_the_machine(folder)
-    (folder / "report.md").write_text("\n".join(report))
-    return folder / "report.md"
+    body = [_picture(folder), _hemisphere(folder), _verilog(folder), _form_factors(folder)]
+    about = (f"{DISTRIBUTION} {package_version()}, Python {platform.python_version()}, numpy {version('numpy')}, "
+             f"{processors()} cores ({platform.machine()}).")
+    page = folder / "index.html"
+    with whole_file(page) as part:
+        part.write_text("\n".join((HEAD, f"<p>{escape(about)}</p>", *body, "")))
+    return page
+
+
+def _section(title, lines, text, picture=""):
+    """A heading, the commands, what they show, and a picture by its name."""
+    commands = "\n".join(f"<pre><code>{escape(line)}</code></pre>" for line in lines)
+    image = f"\n<p><img src='{picture}' alt='{escape(title)}'></p>" if picture else ""
+    return f"<h2>{escape(title)}</h2>\n{commands}\n<p>{escape(text)}</p>{image}"
+
+
+def _picture(folder):
+    line = run(folder, *PICTURE, "-o", "cornell.png")
+    return _section("A picture by the golden model", [line], "The golden model in numpy cast the hemispheres of the "
+                    "elements and the rays of the pixels, in the machine's integers.", "cornell.png")
+
+
+def _hemisphere(folder):
+    golden = run(folder, *HEMISPHERE, "-o", "golden.npz", "--compare", "naive,oracle")
+    machine = run(folder, *HEMISPHERE, "--method", "machine", "-o", "machine.npz", "--csv", "counters.csv",
+                  "--timeline", "timeline.svg", "--picture", "machine.png")
+    with np.load(folder / "golden.npz") as ours, np.load(folder / "machine.npz") as theirs:
+        different = sum(np.any([ours[name] != theirs[name] for name in HIT], axis=0))
+        rays = ours["patch"].size
+    if different:
+        raise click.ClickException(f"demo: {different} of {rays} hits of the hardware are not golden's")
+    cycles = _cycles(folder / "counters.csv")
+    return _section("The same hemisphere on the simulated hardware", [golden, machine],
+                    f"{different} of {rays:,} hits differ, in any bit. Four clusters took {cycles:,} cycles, "
+                    f"{rays / cycles:.2f} rays per cycle. The chart shows what was busy when.", "timeline.svg")
+
+
+def _cycles(counters):
+    """Cycles of the last cast, of all clusters."""
+    with counters.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return int(rows[-1]["cast_cycles"])
+
+
+def _verilog(folder):
+    line = run(folder, "verilog", "--preset", "tiny", "-o", "verilog")
+    lint = ("verilator", "--lint-only", "-Wall", "--top-module", "radiosity_engine", "radiosity_engine.vlt",
+            "radiosity_engine.sv")
+    program = verilator_package() / "bin" / lint[0]
+    text = " ".join(lint)
+    if not console().quiet:
+        click.echo(f"\n$ {text}", err=console().as_json)
+    done = subprocess.run([program, *lint[1:]], cwd=folder / "verilog", check=False)
+    if done.returncode:
+        raise click.exceptions.Exit(done.returncode)
+    count = (folder / "verilog" / "radiosity_engine.sv").read_text().count("\n")
+    return _section("The engine as Verilog", [line, text],
+                    f"{count:,} lines; Verilator has no remark. The folder has the driver in C, an example, and "
+                    f"constraints.")
+
+
+def _form_factors(folder):
+    cube = run(folder, "formfactors", "furnace:4", "-o", "furnace.npz", "--rays", "64x16")
+    hall = run(folder, "formfactors", "lobby", "-o", "lobby.npz")
+    with np.load(folder / "furnace.npz") as stored:
+        exact = (stored["row_sums"] == 1 << int(stored["weight_bits"])).sum()
+        count = stored["row_sums"].size
+    F = sparse.load_npz(folder / "lobby.npz")
+    with np.load(folder / "lobby.npz") as stored:
+        others = stored["sky"] + stored["back"]
+    closure = np.abs(F.sum(axis=1) + others - 1).max()
+    return _section("Form factors", [cube, hall], f"In a closed cube {exact} of {count} hemispheres sum to 1 exactly, "
+                    f"as integers. In a hall of {F.shape[0]} patches each row, its share of the sky and of backs "
+                    f"included, sums to 1 within {closure:.1e}.")

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from golden.scene.builtin import BUILTIN
-from radiosity.demo import MACHINE, RENDERED
 from radiosity.run import run
 
 __all__ = ["write_pictures"]
@@ -11,6 +10,9 @@ __all__ = ["write_pictures"]
 # The Cornell box is square.
 SIZES = {"cornell": "320x320"}
 SIZE = "320x240"
+# The image that the machine renders, of few elements.
+MACHINE = ("cornell", "--size", "128x128", "--spp", "1", "--rays", "32x8", "--max-edge", "200", "--method", "machine",
+           "--clusters", "4")
 
 
 def write_pictures(folder: Path) -> list[Path]:
@@ -24,5 +26,5 @@ def write_pictures(folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     for name in BUILTIN:
         run(folder, "render", name, "-o", f"{name}.png", "--size", SIZES.get(name, SIZE), "--spp", "9")
-    run(folder, "render", *RENDERED, *MACHINE, "-o", "machine.png")
+    run(folder, "render", *MACHINE, "-o", "machine.png")
     return [folder / f"{name}.png" for name in (*BUILTIN, "machine")]

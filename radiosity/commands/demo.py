@@ -1,4 +1,4 @@
-"""``demo``: real scenes, with pictures and a report."""
+"""``demo``: the whole main job, with one page that shows it."""
 
 from pathlib import Path
 
@@ -11,16 +11,17 @@ from golden.commands.parameters import FILE
 __all__ = ["demo"]
 
 
-@click.command("demo", cls=Task, extra="sim", short_help="Render real scenes, with pictures and a report.")
+@click.command("demo", cls=Task, extra="sim", short_help="Show the whole main job on one page.")
 @click.argument("folder", type=FILE, default=Path("out/demo"))
 def demo(folder):
-    """Render four scenes, form factors and an image by the simulated machine into FOLDER, with a report.
+    """Make one page in FOLDER that shows the whole main job, with each command.
 
-    FOLDER is out/demo unless given. Without a simulator built before, this takes some ten minutes on two cores.
+    A picture by the golden model, a hemisphere on the simulated hardware with golden's bits, the engine as Verilog, and
+    form factors. FOLDER is out/demo unless given. It takes five minutes on two cores, most of them to compile.
     """
     from radiosity.check_simulator import check_simulator
     from radiosity.demo import write_demo
 
     check_simulator()
-    report = write_demo(folder)
-    console().report({"output": report}, f"\npictures and report in {report}")
+    page = write_demo(folder)
+    console().report({"output": page}, f"\nthe page is {page}")

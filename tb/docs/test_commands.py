@@ -310,7 +310,9 @@ def test_tests_of_pages_are_found(command):
 def test_the_demo(tmp_path):
     result = CliRunner().invoke(radiosity.cli.main, ["demo", str(tmp_path / "demo")])
     assert result.exit_code == 0, result.output
-    assert (tmp_path / "demo" / "report.md").exists()
+    page = (tmp_path / "demo" / "index.html").read_text()
+    assert "0 of 16,384 hits differ" in page
+    assert "96 of 96 hemispheres sum to 1 exactly" in page
 
 
 @pytest.mark.parametrize("command", [one for one in COMMANDS if "-P" in one.words and one.is_complete], ids=str)
