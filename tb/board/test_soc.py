@@ -69,6 +69,7 @@ def tools(monkeypatch):
         (folder / "litex_soc").mkdir(parents=True)
         (folder / "litex_soc" / "ulx3s.py").touch()
 
+    monkeypatch.setattr("hw.board.soc.check_options", lambda *_, **__: None)
     monkeypatch.setattr("hw.board.soc.verilog_bitstream", bitstream)
     monkeypatch.setattr("hw.board.soc.write_core", write_core)
     monkeypatch.setattr("hw.synthesis.flow.tool_versions", lambda: "tools")

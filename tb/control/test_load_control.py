@@ -11,7 +11,6 @@ from hw.memsys.image_layout import RegionNumber
 from hw.memsys.preload_dma import OWN
 from tb.lib.bench import Bench, Vectors
 from tb.lib.responder import Responder, responder
-from tb.lib.runner import IN_A_COMMIT
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
@@ -30,8 +29,6 @@ class TestLoadControl(Bench):
     component = LoadControl
     changes = {"noc.columns": CLUSTERS, "noc.rows": 1}
     variants = [{}]
-    # One testbench of the control's in Verilator in every commit.
-    simulators = IN_A_COMMIT
 
     @staticmethod
     def fault(image, cluster):

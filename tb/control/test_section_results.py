@@ -9,10 +9,13 @@ from hw.memsys.result_formats import HitFormat
 from hw.registers.error_code import ErrorCode
 from tb.lib.bench import Bench
 from tb.lib.payload import unpack
+from tb.lib.runner import IN_A_COMMIT
 
 
 class TestSectionResults(Bench):
     component, variants, span = SectionResults, ({},), 300
+    # One testbench of each block in Verilator in every commit: one that is soon built.
+    simulators = IN_A_COMMIT
 
     def model(self, config):
         """A cast may begin, and its section may follow another one in the slot, while results are written."""

@@ -7,7 +7,6 @@ from amaranth.lib.data import StructLayout
 from hw.ctu.ctu_formats import GRID_GROUP
 from hw.ctu.group_split import GROUPS, GroupSplit
 from tb.lib.bench import Bench, Vectors
-from tb.lib.runner import IN_A_COMMIT
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.stages import Elastic, Expand
 
@@ -16,7 +15,6 @@ RAY = StructLayout({"ray": 12, "column": 10, "stage": 4})
 
 class TestGroupSplit(Bench):
     component, arguments, variants, splits = GroupSplit, {"shape": RAY}, ({},), False
-    simulators = IN_A_COMMIT
 
     def vectors(self, config):
         draw = random.Random(4)

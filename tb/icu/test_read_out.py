@@ -293,11 +293,6 @@ def run(changes, simulator="verilator", tests=()):
     simulate(banks, __name__, tests, simulator=simulator, changes=changes)
 
 
-def test_in_verilator():
-    """Those that take longest are in `make sim`."""
-    run({}, tests=("every_section", "the_same_ray_after_every_number_of_cycles", "one_per_cycle"))
-
-
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_in_the_simulator(simulator):
     run({}, simulator)

@@ -233,6 +233,7 @@ def run(name, rounds, simulator, **changes):
              name=name, changes=changes, rounds=rounds)
 
 
+@pytest.mark.sim
 def test_bus_faults():
     run("bus_faults", 1, "verilator")
 

@@ -9,6 +9,7 @@ from golden.memsys.filter import Filter as GoldenFilter
 from golden.stimulus import block
 from hw.memsys.filter import Filter
 from tb.lib.bench import Bench, Vectors
+from tb.lib.runner import IN_A_COMMIT
 from tb.lib.schedules import ScheduleBench
 from tb.memsys.started import PAUSE, started
 
@@ -36,6 +37,7 @@ def passing(given):
 
 class TestFilter(Bench):
     variants = ({},)
+    simulators = IN_A_COMMIT
 
     def make(self, config):
         return make()
