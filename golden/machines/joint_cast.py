@@ -66,7 +66,7 @@ _EACH = 512
 # Of a cluster: stages that have begun, all of them, when the next one is scheduled to begin, when the cluster can serve
 # the next request of another one, the patch that is looked up in its store, when the last one left a frame, patches
 # that have been looked up, and those that have left the store in the order of their requests.
-_BEGUN, _STAGES, _SCHEDULED, _SERVED, _LOOKUP, _LEFT, _ASKED, _DELIVERED, _STATE = range(9)
+_BEGUN, _STAGES, _SCHEDULED, _SERVED, _LOOKUP, _LEFT, _REQUESTED, _DELIVERED, _STATE = range(9)
 # Columns of the first elements of a cluster in the arrays of patches, stages, cells and entries of lists.
 _PATCH, _STAGE, _CELL, _ENTRY = range(4)
 # Of machines whose clusters hold all patches.
@@ -375,7 +375,7 @@ def _update(machine, number, time):
     if latency[_HAS_STORE] and state[_LOOKUP] == _NEVER:
         state[_LOOKUP] = request_remote(cast, items, time, THROUGH_STORE, latency[_STORE_REQUESTS])
         if state[_LOOKUP] != _NEVER:
-            state[_ASKED] += 1
+            state[_REQUESTED] += 1
             push(machine.heap, time + latency[_STORE_LOOKUP], _LOOKED_UP, number)
     while True:
         patch = request_remote(cast, items, time, OVER_NETWORK, latency[_OUTSTANDING])
@@ -459,7 +459,7 @@ def _deliver(machine, number, time, patch):
         return
     first = machine.first[number, _PATCH]
     machine.has_come[first + patch] = True
-    while state[_DELIVERED] < state[_ASKED]:
+    while state[_DELIVERED] < state[_REQUESTED]:
         following = cast.remote[state[_DELIVERED], THROUGH_STORE]
         if not machine.has_come[first + following]:
             return
