@@ -15,26 +15,55 @@ __all__ = ["not_computed", "warn_of_flush_lights", "warn_of_near_lights", "warn_
 # Patches smaller than so many of the least distances of a hit lose rays that start beside them.
 TINY = 16
 
+# Materials that a line names.
+_MOST_NAMES = 3
+
 
 def not_computed(scene: Scene, *, has_buried: bool) -> list[str]:
-    """What is missing in an image of the scene, one line each; ``has_buried``: parts of surfaces are inside bodies."""
+    """What is missing in an image of the scene, what that means, and what helps: one line each.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    has_buried
+        Whether parts of surfaces are inside bodies.
+    """
     glass = Glass(scene)
     mirrors = scene.channels("specular").any(axis=1)
-    if not scene.lights:
-        mirrors &= ~glass.mirrors
-    bodies = glass.clear & ~glass.thin & (scene.channels("refraction_index") > 1)
+    panes = glass.clear & ~glass.throws & (scene.channels("refraction_index") > 1)
+    bent = glass.clear & ~glass.thin & (scene.channels("refraction_index") > 1) & scene.is_curved
     missing = []
-    if mirrors.any():
-        missing.append("light that mirrors throw onto surfaces (it counts as diffuse)")
-    if (glass.clear & ~glass.throws & (scene.channels("refraction_index") > 1)).any():
-        missing.append("light that glass mirrors onto surfaces (it counts as diffuse)")
-    if (bodies & scene.is_curved).any():
-        missing.append("light that curved glass bends onto surfaces (it goes straight)")
+    unlit = mirrors & glass.mirrors & bool(scene.lights)
+    if unlit.any():
+        missing.append(f"spots of light that {_named(scene, unlit)} throw of lights without an area: it is spread "
+                       "evenly; lamps with an area throw spots")
+    if (mirrors & ~glass.mirrors).any():
+        missing.append(f"spots of light that {_named(scene, mirrors & ~glass.mirrors)} throw: what they mirror is "
+                       "spread evenly; flat mirrors of at least half of the light throw spots")
+    if panes.any():
+        missing.append(f"spots of light that glass mirrors, {_named(scene, panes)}: some per cent of the light are "
+                       "spread evenly; flat thin sheets, and lamps with an area, throw such spots")
+    if bent.any():
+        missing.append(f"light that curved glass bends, {_named(scene, bent)}: it goes straight, so that no bright "
+                       "spots but even shadows are beside it; a path tracer has them")
     if scene.is_curved.any():
-        missing.append("edges of light on smooth surfaces finer than their facets")
+        edges = scene.vertices[scene.is_curved] - np.roll(scene.vertices[scene.is_curved], 1, axis=1)
+        missing.append(f"edges of light on smooth surfaces finer than their facets, {_named(scene, scene.is_curved)}: "
+                       f"shadows end in steps of up to {np.linalg.norm(edges, axis=2).max():.2g}; finer facets in the "
+                       "file help")
     if has_buried:
-        missing.append("light along the lines where bodies interpenetrate (it is too dark)")
+        missing.append("light along the lines where bodies interpenetrate: it is too dark within an element of them; "
+                       "a smaller --max-edge, or bodies that end where they meet others, helps")
     return missing
+
+
+def _named(scene, chosen):
+    """Materials of patches, and their share of all area."""
+    names = [scene.materials[number].name for number in np.unique(scene.material[chosen])]
+    more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+    share = scene.areas[chosen].sum() / scene.areas.sum()
+    return f"{', '.join(map(repr, names[:_MOST_NAMES]))}{more} ({share:.2g} of the area)"
 
 
 def warn_of_flush_lights(scene: Scene) -> None:

@@ -190,11 +190,18 @@ class ViewFactorTask:
         if factors.back.any():
             lines.append(f"black backs of one-sided patches take up to {factors.back.max():.3g} of a row"
                          f"{'' if self._output.suffix.lower() in ('.npz', '.nc') else ', which these files leave out'}")
-        for what, rows in (("do not close within their errors", factors.infeasible),
-                           ("miss the requested error", factors.missed),
-                           ("miss the requested error of the sky", factors.sky_missed)):
+        for what, rows, about in (
+                ("do not close within their errors", factors.infeasible,
+                 f"their sums are off by up to {factors.closure:.1e}; uncut crossings and overlaps of patches do this, "
+                 "and a smaller --error may close them"),
+                ("miss the requested error", factors.missed,
+                 "they have the most segments that a pair may have, and their errors are in the file; smaller patches "
+                 "(--max-edge) have smaller errors"),
+                ("miss the requested error of the sky", factors.sky_missed,
+                 "they have the most rays that a patch may have, and their errors are in the file")):
             if len(rows):
-                lines.append(f"rows that {what}: {len(rows)}, the first {', '.join(map(str, rows[:5].tolist()))}")
+                lines.append(f"rows that {what}: {len(rows)}, the first {', '.join(map(str, rows[:5].tolist()))}: "
+                             f"{about}")
         if factors.row_sums is not None:
             shares = factors.row_sums / 2**factors.weight_bits
             report |= {"least_share": shares.min(), "greatest_share": shares.max()}

@@ -1,6 +1,7 @@
 import warnings
 from functools import partial
 
+import numpy as np
 import pytest
 
 from golden.cast.grid import Grid
@@ -101,9 +102,24 @@ def test_an_image_names_what_is_missing_in_it():
     assert len(not_computed(scene_of((CEILING, sheet), lights=(lamp,)), has_buried=False)) == 1
     scene = scene_of((CEILING, sheen), (ball, glass, {"smooth": True}), background=SKY)
     missing = not_computed(scene, has_buried=True)
-    assert [line.split()[:3] for line in missing] == [
-        ["light", "that", "mirrors"], ["light", "that", "glass"], ["light", "that", "curved"], ["edges", "of", "light"],
-        ["light", "along", "the"]]
+    assert [line.split(":")[0].rsplit(" (", 1)[0] for line in missing] == [
+        "spots of light that 'sheen'", "spots of light that glass mirrors, 'glass'",
+        "light that curved glass bends, 'glass'", "edges of light on smooth surfaces finer than their facets, 'glass'",
+        "light along the lines where bodies interpenetrate"]
+    assert all(line.count(":") == line.count(";") == 1 for line in missing), "what it is: what it means; what helps"
+
+
+def test_a_line_names_materials_their_share_and_the_size_of_steps():
+    """Four of five squares of area 1 mirror a little; a tetrahedron's edges are 2 sqrt(2)."""
+    scene = scene_of(*(([rectangle((3 * k, 0, 0), (1, 0, 0), (0, 1, 0))],
+                        Material(name=name, specular=(0.4, 0.4, 0.4) if k else (0, 0, 0)))
+                       for k, name in enumerate("abcde")), background=SKY)
+    line, = not_computed(scene, has_buried=False)
+    assert "'b', 'c', 'd' and 1 more (0.8 of the area)" in line
+    corners = np.array([(1, 1, 1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1)], dtype=float)
+    faces = corners[[(0, 1, 2, 2), (0, 3, 1, 1), (0, 2, 3, 3), (1, 3, 2, 2)]]
+    line, = not_computed(scene_of((faces, GREY, {"smooth": True}), background=SKY), has_buried=False)
+    assert "in steps of up to 2.8;" in line
 
 
 def test_the_summary_names_bodies_that_interpenetrate():
@@ -111,5 +127,7 @@ def test_the_summary_names_bodies_that_interpenetrate():
         warnings.simplefilter("error", InputWarning)
         scene = scene_of((CEILING, GREY), (box((1, 1, -1), (2, 2, 1)), GREY), background=SKY)
         stats = picture(scene, looking((3, 3, 4), (1, 1, 0)), max_edge=0.5).stats
-    assert stats["not_computed"] == ["light along the lines where bodies interpenetrate (it is too dark)"]
+    assert stats["not_computed"] == ["light along the lines where bodies interpenetrate: it is too dark within "
+                                     "an element of them; a smaller --max-edge, or bodies that end where they meet "
+                                     "others, helps"]
     assert "\nnot computed: light along the lines" in summary(stats)

@@ -56,9 +56,12 @@ def test_every_figure_of_the_report(seconds, tmp_path):
                  "by up to 3.0e-02",
                  "a factor between patches that face each other and that has no entry may be up to 6.3e-03",
                  "estimated error of a patch of the sky 6.0e-03",
-                 "rows that do not close within their errors: 1, the first 2",
-                 "rows that miss the requested error: 1, the first 1",
-                 "rows that miss the requested error of the sky: 2, the first 0, 1",
+                 "rows that do not close within their errors: 1, the first 2: their sums are off by up to 2.0e-02; "
+                 "uncut crossings and overlaps of patches do this, and a smaller --error may close them",
+                 "rows that miss the requested error: 1, the first 1: they have the most segments that a pair may "
+                 "have, and their errors are in the file; smaller patches (--max-edge) have smaller errors",
+                 "rows that miss the requested error of the sky: 2, the first 0, 1: they have the most rays that a "
+                 "patch may have, and their errors are in the file",
                  "hemispheres met a patch in 25.00% to 50.00%"):
         assert line in text.splitlines()
     np.testing.assert_allclose(read_view_factors(tmp_path / "a.npz").area, FACTORS.area * FOOT**2)
