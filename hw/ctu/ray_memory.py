@@ -5,6 +5,7 @@ from amaranth.lib import enum, stream, wiring
 from amaranth.lib.data import StructLayout, View
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.fork import Fork
 from hw.lib.generations import Generations
 from hw.lib.queue import Queue
@@ -166,6 +167,9 @@ class RayMemory(wiring.Component):
         retry, restart = self._add_deferral(m, made, requested=requested, retried=retried, returned=returned,
                                             departs=departs, defers=defers)
         enters = self._add_accesses(m, rows.i, retry, generations, resolved=resolved, stays=decided & ~leaves)
+        count_entries(self.waiting)
+        claim_steps(m, self.waiting, up=requested & defers, down=retried & ~defers, most=self._deferred)
+        claim(m, ~leaving.i.valid | leaving.i.ready, "a departure has an entry")
         m.d.sync += self.waiting.eq(self.waiting + (requested & defers) - (retried & ~defers))
 
         # A frustum begins when no access is in flight and no request is deferred.
@@ -192,6 +196,10 @@ class RayMemory(wiring.Component):
         # are in chains again. ``trying``: requests that are decided again or read again.
         read, trying, may_read = absent.i_read, Signal(range(self._deferred + 1)), Signal()
         tries = absent.o_read.valid & absent.o_read.ready
+        claim_steps(m, trying, up=tries, down=(retried & ~defers) + (again.o.valid & again.o.ready),
+                    most=self._deferred)
+        for name, queue in ("first", first), ("again", again):
+            claim(m, ~queue.i.valid | queue.i.ready, f"a request has an entry of {name}")
         m.d.sync += trying.eq(trying + tries - (retried & ~defers) - (again.o.valid & again.o.ready))
         m.d.comb += [
             first.i.valid.eq(requested & defers), first.i.payload.eq(waiter),
@@ -218,7 +226,11 @@ class RayMemory(wiring.Component):
             self.i.ready.eq(begun & ~self.i_start.valid & ~self.i_return.valid & ~retry.valid & (credits != 0)
                             & (held != self._deferred)),
             accepts.eq(self.i.valid & self.i.ready)]
-        m.d.sync += [credits.eq(credits - (accepts | retries) + stays + (self.o.valid & self.o.ready)),
+        leaves = self.o.valid & self.o.ready
+        count_entries((LEAVING - credits) + held)
+        claim_steps(m, credits, up=stays + leaves, down=accepts | retries, most=LEAVING)
+        claim_steps(m, held, up=accepts, down=resolved, most=self._deferred)
+        m.d.sync += [credits.eq(credits - (accepts | retries) + stays + leaves),
                      held.eq(held + accepts - resolved)]
 
         entry, enters = Signal(rows.payload.tag.shape(), reset_less=True), Signal()

@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
+from hw.lib.checks import claim_steps, count_entries
 
 __all__ = ["COUNT_BITS", "NEAR_STAGE", "StageCount", "stage_index_bits"]
 
@@ -87,6 +88,8 @@ class StageCount(wiring.Component):
                 ("entering", self.enters), *((f"leaving_{k}", port) for k, port in enumerate(self.left))))
             for port, rays in zip((self.enters, *self.left), (entering, *leaving), strict=True):
                 m.d.sync += rays.eq(Mux(port.valid & (port.payload.stage[:bits] == index), port.payload["count"], 0))
+            count_entries(count)
+            claim_steps(m, count, up=came, down=gone, most=(1 << COUNT_BITS) - 1)
             m.d.comb += [following.eq(count + came - gone), busy[index].eq(entering.any() | some_came | some)]
             m.d.sync += [came.eq(entering), some_came.eq(entering.any()), gone.eq(sum(leaving)), count.eq(following),
                          some.eq(following.any()), self.rays[index].eq(some)]
@@ -97,6 +100,7 @@ class StageCount(wiring.Component):
         m.d.comb += [
             self.over.eq((closed != 0) & ~busy.bit_select(oldest, 1) & self.settled),
             self.done.eq(self.closed_all & (closed == 0))]
+        claim_steps(m, closed, up=self.closes & ~self.begins, down=self.over & ~self.begins, most=17)
         m.d.sync += closed.eq(closed + self.closes - self.over)
         with m.If(self.over):
             m.d.sync += [oldest.eq(oldest + 1), self.near_over.eq(1)]

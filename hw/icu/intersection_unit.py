@@ -17,6 +17,7 @@ from hw.icu.ray_memory import RayMemory
 from hw.icu.read_out import ReadOut
 from hw.icu.settle_map import SettleMap
 from hw.icu.vertex_gate import VertexGate
+from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.event_counters import EventCounters
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
@@ -211,6 +212,10 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [tokens.i.valid.eq(pipeline.o_done.valid), tokens.i.payload.eq(pipeline.o_done.payload)]
         m.d.sync += leaves.eq(self.o_done.valid & self.o_done.ready)
         wiring.connect(m, tokens.o, wiring.flipped(self.o_done))
+        count_entries(in_flight)
+        claim_steps(m, outstanding, up=entered, down=leaves, most=TOKENS)
+        claim_steps(m, in_flight, up=begun_patch, down=leaves, most=TOKENS + self._config.icu.slots)
+        claim(m, ~tokens.i.valid | tokens.i.ready, "a token has an entry")
         m.d.sync += [outstanding.eq(outstanding + entered - leaves), in_flight.eq(in_flight + begun_patch - leaves)]
 
         # Read-out and sums.

@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
+from hw.lib.checks import count_entries
 from hw.lib.count_up_down import count_up_down
 from hw.lib.queue import Queue
 
@@ -74,5 +75,6 @@ class PatchQueue(wiring.Component):
             m.d.sync += index.eq(index + 1)
             with m.If(index == 3):
                 m.d.sync += slot.eq(slot + 1)
+        count_entries(self.waiting)
         count_up_down(m, self.waiting, up=takes, down=self.free, most=self._slots)
         return m

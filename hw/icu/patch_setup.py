@@ -18,6 +18,7 @@ from hw.icu.section_clip import SectionClip
 from hw.icu.spherical_coordinates import SphericalCoordinates
 from hw.icu.vertex_direction import VertexDirection
 from hw.icu.vertex_gather import VertexGather
+from hw.lib.checks import claim
 from hw.lib.connect_fields import connect_fields
 from hw.lib.queue import Queue
 
@@ -169,6 +170,8 @@ class PatchSetup(wiring.Component):
         def wait(name, shape, valid, payload, ready):
             """A queue between branches with the same order of patches."""
             m.submodules[name] = between = Queue(shape, depth=slots // 2)
+            claim(m, ~between.i.valid | between.i.ready, f"a patch has an entry of {name}")
+            claim(m, ~between.o.ready | between.o.valid, f"both branches of {name} have the patch")
             m.d.comb += [between.i.valid.eq(valid), between.i.payload.eq(payload), between.o.ready.eq(ready)]
             return between.o.payload
 
@@ -201,6 +204,7 @@ class PatchSetup(wiring.Component):
             is_known.eq(is_early), window.eq(early),
             is_unseen.eq(Cat(own.bit_select(early.slot, 1), dropped.bit_select(early.slot, 1)))]
         m.d.comb += [ready.i.valid.eq(is_known), ready.i.payload.eq(window)]
+        claim(m, ~ready.i.valid | ready.i.ready, "a window has an entry")
         with m.If(is_unseen.any()):
             m.d.comb += ready.i.payload.window.eq(0)
         return m

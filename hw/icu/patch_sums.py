@@ -8,6 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.icu.icu_formats import WEIGHT_BITS, IcuFormats, TableKind
+from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.queue import Queue
 from hw.lib.update_memory import UpdateMemory
 
@@ -103,7 +104,11 @@ class PatchSums(wiring.Component):
         # The read is known to end with the next item a cycle before it does.
         before_end = Signal.like(count)
         m.d.comb += [requests.eq(reads & (outstanding != CAPACITY)), read.addr.eq(index)]
-        m.d.sync += outstanding.eq(outstanding + requests - (queue.o.valid & queue.o.ready))
+        returns = queue.o.valid & queue.o.ready
+        count_entries(outstanding)
+        claim_steps(m, outstanding, up=requests, down=returns, most=CAPACITY)
+        claim(m, ~queue.i.valid | queue.i.ready, "a sum has an entry")
+        m.d.sync += outstanding.eq(outstanding + requests - returns)
         has_sums = Signal()
         with m.If(begins):
             m.d.sync += [reads.eq(1), index.eq(0), before_end.eq(count - 2), last.eq(count[1:] == 0),
@@ -142,6 +147,7 @@ class PatchSums(wiring.Component):
                      out.last.eq(made.tag.last)]
         is_first, touched = Signal(), Signal(formats.patch, reset_less=True)
         m.d.sync += [is_first.eq(sums.o.valid & made.tag.adds & (made.old == 0)), touched.eq(made.address)]
+        claim(m, ~is_first | (count != depth), "the list has an entry")
         m.d.comb += [write.en.eq(is_first), write.addr.eq(count), write.data.eq(touched)]
         with m.If(is_first):
             m.d.sync += count.eq(count + 1)

@@ -8,6 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
+from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.generations import Generations
 from hw.lib.queue import Queue
 from hw.lib.struct_stream import struct_stream
@@ -102,7 +103,11 @@ class RayMemory(wiring.Component):
         outstanding, accepts = Signal(range(capacity + 1)), Signal()
         wiring.connect(m, found.o, wiring.flipped(self.o_read))
         m.d.comb += [self.i_read.ready.eq(~outstanding[-1]), accepts.eq(self.i_read.valid & self.i_read.ready)]
-        m.d.sync += outstanding.eq(outstanding + accepts - (found.o.valid & found.o.ready))
+        returns = found.o.valid & found.o.ready
+        count_entries(outstanding)
+        claim_steps(m, outstanding, up=accepts, down=returns, most=capacity)
+        claim(m, ~found.i.valid | found.i.ready, "a hit has an entry")
+        m.d.sync += outstanding.eq(outstanding + accepts - returns)
 
         m.d.comb += self.i_start.ready.eq(0)
         with m.If(self.i_start.valid & self.i_start.ready):
@@ -125,6 +130,7 @@ class RayMemory(wiring.Component):
 
             updates = self.i.valid & (self.active == bank)
             reads = accepts & (self.i_read.payload.bank == bank)
+            claim(m, ~(updates & reads), "a bank is updated or read")
             m.d.comb += generations.busy.eq(updates | reads)
             # There is no slack for a multiplexer in front of a block RAM. Whether a row is swept is known last.
             given, is_given = Signal.like(rows.i.payload, reset_less=True), Signal()

@@ -9,6 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.icu_tables import scale
+from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.generations import Generations
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
@@ -154,7 +155,11 @@ class SettleMap(wiring.Component):
         wiring.connect(m, queue.o, wiring.flipped(self.o_read))
         outstanding, accepts, ages = Signal(range(capacity + 1)), Signal(), Signal(3)
         m.d.comb += [self.i_read.ready.eq(outstanding != capacity), accepts.eq(self.i_read.valid & self.i_read.ready)]
-        m.d.sync += [outstanding.eq(outstanding + accepts - (queue.o.valid & queue.o.ready)),
+        returns = queue.o.valid & queue.o.ready
+        count_entries(outstanding)
+        claim_steps(m, outstanding, up=accepts, down=returns, most=capacity)
+        claim(m, ~queue.i.valid | queue.i.ready, "a word has an entry")
+        m.d.sync += [outstanding.eq(outstanding + accepts - returns),
                      ages.eq((ages << 1) | accepts)]
         m.d.comb += [(port.addr.eq(self.i_read.payload), port.en.eq(1)) for port in ports]
         read, found = (Signal(formats.settle_word, name=name, reset_less=True) for name in ("read", "found"))

@@ -4,21 +4,27 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-from amaranth.hdl import Assert, Module, ResetSignal, ValueLike
+from amaranth.hdl import Assert, Const, Module, ResetSignal, Value, ValueLike
 
-__all__ = ["checked", "claim"]
+__all__ = ["checked", "claim", "claim_steps", "count_entries", "entries_in_use", "has_checks"]
 
-_is_checked = ContextVar("is_checked", default=False)
+# What is in use, of the components that are elaborated with their checks; None without checks.
+_entries = ContextVar("entries", default=None)
 
 
 @contextmanager
 def checked(is_checked: bool = True) -> Iterator[None]:
     """A context in which components are elaborated with their checks, or without them, as by default."""
-    token = _is_checked.set(is_checked)
+    token = _entries.set([] if is_checked else None)
     try:
         yield
     finally:
-        _is_checked.reset(token)
+        _entries.reset(token)
+
+
+def has_checks() -> bool:
+    """Whether components are elaborated with their checks."""
+    return _entries.get() is not None
 
 
 def claim(m: Module, holds: ValueLike, message: str) -> None:
@@ -33,5 +39,34 @@ def claim(m: Module, holds: ValueLike, message: str) -> None:
     message
         The rule.
     """
-    if _is_checked.get():
+    if has_checks():
         m.d.sync += Assert(holds | ResetSignal("sync", allow_reset_less=True), message)
+
+
+def claim_steps(m: Module, count: Value, *, up: ValueLike, down: ValueLike, most: int) -> None:
+    """Claim that a register counts from 0 to ``most`` and never wraps.
+
+    Parameters
+    ----------
+    m
+        The component's module.
+    count
+        The register.
+    up, down
+        By how many it steps in this cycle.
+    most
+        The end of its range.
+    """
+    after = count + up - down
+    claim(m, (after >= 0) & (after <= most), f"{count.name} stays from 0 to {most}")
+
+
+def count_entries(used: ValueLike) -> None:
+    """Count the entries of a buffer that are in use, or the credits that are spent: none while nothing is in flight."""
+    if has_checks():
+        _entries.get().append(Value.cast(used))
+
+
+def entries_in_use() -> Value:
+    """The sum of `count_entries` over all components that have been elaborated in this context."""
+    return Value.cast(sum(_entries.get(), Const(0, 1)))

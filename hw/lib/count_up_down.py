@@ -2,7 +2,7 @@
 
 from amaranth.hdl import Mux, Signal, ValueLike
 
-from hw.lib.checks import claim
+from hw.lib.checks import claim_steps
 
 __all__ = ["count_up_down"]
 
@@ -21,7 +21,6 @@ def count_up_down(m, count: Signal, *, up: ValueLike, down: ValueLike, most: int
     most
         The end of the range.
     """
-    claim(m, ~(up & ~down) | (count != most), f"{count.name} is at most {most}")
-    claim(m, ~(down & ~up) | (count != 0), f"{count.name} is at least 0")
+    claim_steps(m, count, up=up, down=down, most=most)
     with m.If(up ^ down):
         m.d.sync += count.eq(count + Mux(up, 1, -1))

@@ -4,6 +4,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.checks import count_entries
 from hw.lib.count_up_down import count_up_down
 from hw.lib.validate import check_integer
 
@@ -61,5 +62,6 @@ class CreditGate(wiring.Component):
         m.d.sync += free.eq(self.i_return.valid | (free & ~(transfer & (self.level == self._credits - 1))))
         m.d.comb += [self.o.payload.eq(self.i.payload), self.o.valid.eq(self.i.valid & free),
                      self.i.ready.eq(self.o.ready & free), transfer.eq(self.o.valid & self.o.ready)]
+        count_entries(self.level)
         count_up_down(m, self.level, up=transfer, down=self.i_return.valid, most=self._credits)
         return m

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.checks import claim
+from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.queue import Queue
 from hw.lib.validate import check_integer
 
@@ -97,6 +97,7 @@ class DeferredStore(wiring.Component):
         walks = Signal()
         # Never full: each chain has an item at least.
         m.submodules.released = released = Queue(self.i_release.payload.shape(), depth=self._depth)
+        claim(m, ~released.i.valid | released.i.ready, "a chain has an entry")
         m.d.comb += [
             released.i.valid.eq(self.i_release.valid), released.i.payload.eq(self.i_release.payload),
             self.releases.eq(self.i_release.valid | released.o.valid | walks | self.o.valid)]
@@ -115,6 +116,7 @@ class DeferredStore(wiring.Component):
             m.d.sync += at.chain.first.eq(behind_read.data)
         with m.If(moves):
             m.d.sync += [self.o.valid.eq(walks), shown.tag.eq(tag_read.data), shown.data.eq(at.data)]
-        claim(m, ~leaves | (self.waiting != 0), "an item leaves once")
+        count_entries(self.waiting)
+        claim_steps(m, self.waiting, up=takes, down=leaves, most=self._depth)
         m.d.sync += self.waiting.eq(self.waiting + takes - leaves)
         return m

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
-from hw.lib.checks import claim
+from hw.lib.checks import claim_steps, count_entries
 from hw.lib.first_fault import FirstFault
 from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.axi_signature import AxiSignature
@@ -123,8 +123,10 @@ class MainMemoryPort(wiring.Component):
         for count, given, answer, ends in (
                 (counts[0], self.i_read, self.o_read, self.o_read.payload.last),
                 (counts[1], self.i_write, self.o_written, 1)):
-            claim(m, ~(answer.valid & answer.ready & ends) | (count != 0), "what is answered has been requested")
-            m.d.sync += count.eq(count + (given.valid & given.ready) - (answer.valid & answer.ready & ends))
+            begins, over = given.valid & given.ready, answer.valid & answer.ready & ends
+            count_entries(count)
+            claim_steps(m, count, up=begins, down=over, most=self._config.memory.outstanding + 7)
+            m.d.sync += count.eq(count + begins - over)
         m.d.comb += self.busy.eq((counts[0] != 0) | (counts[1] != 0) | write.incomplete)
         return m
 

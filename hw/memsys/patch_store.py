@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.config import Config
 from golden.memsys.patch_store import KEPT_OF
 from hw.formats import Formats
-from hw.lib.checks import claim
+from hw.lib.checks import claim, count_entries
 from hw.lib.generations import Generations
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
@@ -134,6 +134,7 @@ class PatchStore(wiring.Component):
         filled, passed = self._add_fills(m, entries=entries, fetching=fetching, vertices=vertices, presence=presence)
         read = self._add_answers(m, entries=entries, vertices=vertices, presence=presence, forgets=forgets)
         m.d.comb += frees.eq(passed | read)
+        count_entries(sum(taken))
         claim(m, (fetching & ~taken) == 0, "what is fetched has an entry")
         claim(m, (frees & ~taken) == 0, "an entry is freed once")
         m.d.sync += [taken.eq((taken | looked_up) & ~frees), fetching.eq((fetching | fetched) & ~filled)]

@@ -7,6 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.lib.checks import claim_steps, count_entries
 from hw.lib.pipeline import Pipeline
 from hw.memsys.fault import Fault
 from hw.memsys.memory_formats import MemoryFormats
@@ -85,6 +86,8 @@ class ReadEngine(wiring.Component):
                      self._port.data.eq(buffer.port.data)]
         newest, oldest, level = Signal(formats.slot_bits), Signal(formats.slot_bits), Signal(range(slots + 1))
         gives_up, enters, leaves = Signal(), Signal(), Signal()
+        count_entries(level)
+        claim_steps(m, level, up=enters, down=leaves, most=slots)
         m.d.sync += level.eq(level + enters - leaves)
 
         # Requests.

@@ -4,7 +4,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.checks import claim
+from hw.lib.checks import claim, count_entries
 from hw.lib.validate import check_integer
 
 __all__ = ["WorkCount"]
@@ -57,6 +57,7 @@ class WorkCount(wiring.Component):
         # That all have left may be known late, that one has entered never.
         after, left = Signal.like(self.level), Signal.like(self.leaves)
         m.d.comb += after.eq(self.level - sum(left))
+        count_entries(self.level)
         claim(m, sum(left) <= self.level, "what leaves has entered")
         claim(m, after + sum(self.enters) <= self._most, f"at most {self._most} are in flight")
         # Nothing is counted or compared behind what enters.

@@ -6,6 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.checks import claim_steps, count_entries
 from hw.lib.validate import check_integer
 from hw.noc.flit import flit
 
@@ -84,6 +85,8 @@ class InputQueue(wiring.Component):
             m.d.sync += [kept.eq(route), tail.eq(self._after(tail))]
         with m.If(self.pop):
             m.d.sync += head.eq(self._after(head))
+        count_entries(level)
+        claim_steps(m, level, up=self.i.valid, down=self.pop, most=self._depth)
         m.d.sync += level.eq(level + self.i.valid - self.pop)
         if not self._single_cycle:
             shown = Signal.like(head, name="left")

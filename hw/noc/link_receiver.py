@@ -4,6 +4,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.checks import claim, count_entries
 from hw.lib.queue import Queue
 from hw.noc.flit import flit, link
 
@@ -53,5 +54,7 @@ class LinkReceiver(wiring.Component):
             wiring.connect(m, queue.o, wiring.flipped(output))
             m.d.comb += [queue.i.payload.eq(self.i.payload.flit),
                          queue.i.valid.eq(self.i.valid & (self.i.payload.channel == channel))]
+            count_entries(queue.level)
+            claim(m, ~queue.i.valid | queue.i.ready, "a flit has an entry")
             m.d.sync += credit_return[channel].eq(output.valid & output.ready)
         return m

@@ -4,6 +4,7 @@ from amaranth.hdl import Array, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hw.lib.checks import claim_steps, count_entries
 from hw.lib.round_robin import RoundRobin
 from hw.noc.flit import flit, link
 
@@ -73,5 +74,7 @@ class LinkSender(wiring.Component):
         for channel, is_sent in enumerate(chosen):
             credits = Signal(range(self._depth + 1), init=self._depth, name=f"credits_{channel}")
             m.d.comb += has_credit[channel].eq(credits != 0)
+            count_entries(self._depth - credits)
+            claim_steps(m, credits, up=self.i_credit[channel], down=is_sent, most=self._depth)
             m.d.sync += credits.eq(credits + self.i_credit[channel] - is_sent)
         return m

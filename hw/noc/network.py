@@ -5,6 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hw.lib.arbiter import ArbiterPolicy
+from hw.lib.checks import claim_steps, count_entries, has_checks
 from hw.noc.flit import link
 from hw.noc.noc_tables import LOCAL, Routing, check_deadlock_free
 from hw.noc.router import Router
@@ -77,9 +78,19 @@ class Network(wiring.Component):
             source, target = routers[edge.source], routers[edge.target]
             wiring.connect(m, source.o[edge.output], target.i[edge.input])
             m.d.comb += source.i_credit[edge.output].eq(target.o_credit[edge.input])
+        self._add_check(m)
         for counter, events in ((self.flits, moves), (self.stalls, stalls)):
             m.d.sync += counter.eq(counter + self._add_count(m, events))
         return m
+
+    def _add_check(self, m):
+        """Flits are conserved: those that have entered and not left are in queues and on links."""
+        if has_checks():
+            inside, (enters, leaves) = Signal(16, name="flits_inside"), (
+                sum(one.valid for one in links) for links in (self.i, self.o))
+            count_entries(inside)
+            claim_steps(m, inside, up=enters, down=leaves, most=(1 << len(inside)) - 1)
+            m.d.sync += inside.eq(inside + enters - leaves)
 
     @staticmethod
     def _add_count(m, events):

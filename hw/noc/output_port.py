@@ -6,6 +6,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from hw.lib.arbiter import ArbiterPolicy
+from hw.lib.checks import claim, claim_steps, count_entries
 from hw.noc.flit import link
 
 __all__ = ["OutputPort"]
@@ -81,10 +82,13 @@ class OutputPort(wiring.Component):
             used = Cat(grant[k] & (head.channel == channel) for k, head in enumerate(self.heads)).any()
             ends = Cat(grant[k] & head.last for k, head in enumerate(self.heads)).any()
             m.d.comb += has_credit[channel].eq(credits != 0)
+            count_entries(self._depth - credits)
+            claim_steps(m, credits, up=self.i_credit[channel], down=used, most=self._depth)
             m.d.sync += credits.eq(credits + self.i_credit[channel] - used)
             with m.If(used):
                 m.d.sync += free[channel].eq(ends)
 
+        claim(m, (grant & (grant - 1)) == 0, "one queue sends")
         # The flit in the crossbar, now or in the next cycle.
         domain = m.d.comb if self._single_cycle else m.d.sync
         crosses, source = Signal(), Signal(range(self._sources), reset_less=True)

@@ -24,10 +24,12 @@ class Bench(Elaboratable):
         ``parameters``. Each assertion and each cover has a message, its name.
     dut
         The component.
+    is_checked
+        The component's own rules (`hw.lib.checks`) are assertions too: its neighbours keep theirs.
     """
 
-    def __init__(self, rules: Callable, dut, **parameters):
-        self.rules, self._dut, self._parameters = rules, dut, parameters
+    def __init__(self, rules: Callable, dut, *, is_checked: bool = True, **parameters):
+        self.rules, self.is_checked, self._dut, self._parameters = rules, is_checked, dut, parameters
         self._free = []
 
     @property

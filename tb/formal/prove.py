@@ -13,6 +13,7 @@ from pathlib import Path
 from amaranth.back import rtlil
 from amaranth.hdl import Const, Fragment, Value
 
+from hw.lib.checks import checked
 from hw.simulator.build_folder import keep_newest, locked
 
 __all__ = ["Proof", "prove"]
@@ -86,7 +87,8 @@ def prove(bench, *, mode: str = "prove", depth: int = 20, engine: str | None = N
 
 
 def _netlist(bench):
-    fragment = Fragment.get(bench, None)
+    with checked(getattr(bench, "is_checked", True)):
+        fragment = Fragment.get(bench, None)
     ports = bench.ports if hasattr(bench, "ports") else [
         port for port in (Value.cast(value) for _, _, value in bench.signature.flatten(bench))
         if not isinstance(port, Const) and len(port)]

@@ -47,7 +47,8 @@ ALL = SMALL | BLOCKS | ENGINES | CHECK | GATE
 
 
 def make(name="queue"):
-    return Bench(stream_rules, ALL[name]())
+    # Of its neighbours it assumes the rules of streams alone.
+    return Bench(stream_rules, ALL[name](), is_checked=False)
 
 
 test_rules = declare(
@@ -68,7 +69,7 @@ test_rules_of_the_memory_engines = declare(
 
 def make_blind(name="queue", wrong=None):
     dut, copy = (NegativeControl(ALL[name](), wrong) if wrong else ALL[name]() for _ in range(2))
-    return Bench(ready_blind, dut, copy=copy)
+    return Bench(ready_blind, dut, copy=copy, is_checked=False)
 
 
 test_offers_do_not_depend_on_ready = declare(

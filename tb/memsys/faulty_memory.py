@@ -105,7 +105,9 @@ class FaultyMemory(MemoryModel):
         elif kind == "silent":
             self._due_reads.pop()
         elif kind in ("free id", "id of another read"):
-            left[at] = ((free[0], other, wrong, last) if kind == "free id" else (used[0], other, response, last))
+            # The id that is used last: a read that begins meanwhile would make it the id of another read.
+            number = max(free, key=lambda k: (k - pins["arid"]) % self._ids) if kind == "free id" else used[0]
+            left[at] = number, other, response, last
         elif kind == "unexpected beat":
             self.inject(rid=free[0], rdata=other, rlast=last, rresp=wrong)
         elif kind == "last beat not marked":
