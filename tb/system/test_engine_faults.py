@@ -9,7 +9,6 @@ import pytest
 
 from golden.cast.shelling import Shelling
 from golden.ctu.sector import Sector
-from golden.jobs.job import plan_job
 from golden.jobs.result_formats import HitFormat
 from golden.memory_map import REGIONS
 from golden.memsys.reference_strings import ReferenceStrings
@@ -17,10 +16,8 @@ from hw.host import EngineError
 from hw.registers.engine_registers import register
 from hw.registers.error_code import ErrorCode
 from hw.simulator.simulated_port import complete
-from tb.lib.configurations import config_of
 from tb.lib.seed import SEED
-from tb.system.job_machine import BASE, CLUSTERS, SMALL, TWO_CLUSTERS, JobMachine, cornell, planned
-from tb.system.scenes import phase
+from tb.system.job_machine import CLUSTERS, SMALL, TWO_CLUSTERS, JobMachine, cornell, planned
 
 POINTS = (5, 6, 9, 10, 0, 3)
 
@@ -411,79 +408,6 @@ def test_resets_at_any_time(clusters):
             machine.port.reset()
             assert machine(machine.host.status()) == dict.fromkeys(machine(machine.host.status()), 0)
             machine.right()
-
-
-def settled(machine):
-    """The completion records until the queue has nothing to do, resumed if it has halted."""
-    machine.port.fault()
-    complete(machine.port.wait(2000))
-    records = machine.ended()
-    machine(machine.host.write("watchdog", 1 << 20))
-    if machine(machine.host.status())["halted"]:
-        records += machine.resumed(attempts=20)
-    return np.array(records)
-
-
-def inject(machine, kind, draw, memory):
-    """One more fault of the memory, beside those it has already, or what the host does at any time."""
-    if kind == "refused":
-        memory |= {"first": machine.job.base + draw.randrange(machine.job.end - machine.job.base),
-                   "size": draw.choice((1, 64, 4096))}
-    elif kind.startswith("mute"):
-        memory[kind.replace(" ", "_")] = True
-    elif kind == "watchdog":
-        machine(machine.host.write("watchdog", draw.randrange(1, 1000)))
-    else:
-        machine(machine.host.command("stop"))
-    machine.port.fault(**memory)
-
-
-FAULTS = "refused", "mute reads", "mute writes", "stop", "watchdog"
-# What descriptors may end with beside ABORTED; after a reset or a load that has failed, too.
-CODES = {"refused": ("READ_REPLY", "WRITE_REPLY", "PATH_BUS"), "mute reads": ("READ_", "PATH_BUS", "PATH_TIMEOUT"),
-         "mute writes": ("WRITE_",), "stop": (), "watchdog": ("WATCHDOG",)}
-
-
-def faults_at_any_time(machine, draw):
-    """Whether one to three faults end something, at distances from one cycle to half a job: the queue ends or halts,
-    each code is one that the faults have, what completes without an error is right, and so is the next job.
-    """
-    kinds, memory = draw.choices(FAULTS, k=draw.choice((1, 2, 2, 3))), {}
-    machine.begin()
-    machine.submit()
-    complete(machine.port.wait(draw.randrange(machine.cycles)))
-    for kind in kinds:
-        inject(machine, kind, draw, memory)
-        complete(machine.port.wait(draw.randrange(1, draw.choice((2, 20, 200, machine.cycles // 2)))))
-    records = settled(machine)
-    found = codes(records)
-    wrong = [code.name for code in found.values()
-             if not code.name.startswith(("ABORTED", "NOT_LOADED", *(name for kind in kinds for name in CODES[kind])))]
-    assert not wrong, f"{kinds} have no {wrong}"
-    machine.check(records, found)
-    machine.right()
-    return bool(found)
-
-
-@pytest.mark.parametrize(("config", "count"), [
-    *(pytest.param({"noc.columns": each.values[0]}, 6, marks=each.marks) for each in CLUSTERS),
-    *(pytest.param({"noc.columns": clusters, "memsys.store_patches": 8, "memsys.store_requests": 4}, count,
-                   marks=pytest.mark.nightly) for clusters, count in ((1, 500), (2, 1000), (4, 500)))])
-def test_faults_upon_faults(config, count):
-    config = config_of(SMALL | config)
-    clusters = config.noc.nodes
-    request = phase("cornell", config, cell=0.5, rays=(32, 8), points=POINTS[:2], sets="scheduled", clusters=clusters)
-    job, found = plan_job((request, request), config, base=BASE), 0
-    with JobMachine(job, latency=8, spread=8, shuffles=True) as machine:
-        records = machine.right()
-        machine.cycles = int(records["end"].max()) - int(records["begin"].min())
-        for number in range(count):
-            try:
-                found += faults_at_any_time(machine, random.Random(f"{SEED} {number}"))
-            except Exception as error:
-                error.add_note(f"SEED={SEED}, faults {number}")
-                raise
-    assert found >= count // 2
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
