@@ -12,13 +12,16 @@ import pytest
 from golden.config import PRESETS, Config, Icu
 from golden.ctu import margins
 from golden.ctu.cell_traversal import reciprocal_table
-from golden.ctu.grid_rays import hemisphere_rays
-from golden.frustum import Hemisphere
+from golden.ctu.grid_rays import hemisphere_rays, screen_rays
+from golden.frustum import Hemisphere, Screen, screen_record
 from golden.icu.edge_planes import EDGES
 from golden.icu.inverse_distance import decode
 from golden.icu.settle_code import settle_code, settle_floor
 from golden.memory_map import pack_beats, phase_image
 from golden.noc.packing import reply_flits, request_flits
+from golden.scene.camera import Camera
+from golden.scene.g_coordinates import GCoordinates
+from golden.scene.open import open_scene
 from golden.schedule.phase import schedule
 from tb.golden import precise
 from tb.golden.icu.patches import hemisphere
@@ -51,6 +54,35 @@ def test_tables_of_grid_rays_are_the_nearest_integers(shell):
         angle = (row + Decimal("0.5")) * lowest / rays.rows
         assert sine == precise.nearest(ONE * precise.sin(angle))
         assert cosine == precise.nearest(ONE * precise.cos(angle))
+
+
+def screen(width, height):
+    """A picture's record; its camera does not matter for slopes."""
+    camera = Camera(eye=(0.5, 0.5, 0.5), target=(0.5, 0.5, 1), up=(0, 1, 0), fov=53.0)
+    return screen_record(Screen(camera=camera, width=width, height=height),
+                         GCoordinates.of(open_scene("furnace:1"), CONFIG.numbers))
+
+
+@pytest.mark.parametrize(("width", "height"), [(1, 2), (24, 18), (64, 33)])
+def test_slopes_of_pixels_are_those_of_a_grid_of_powers_of_two(width, height):
+    record = screen(width, height)
+    for table, size in (record.column_table, width), (record.row_table, height):
+        full = 2
+        while full < size:
+            full *= 2
+        assert table.tolist() == [[precise.nearest(ONE * Decimal(2 * k + 1 - size) / full)] for k in range(size)]
+
+
+@pytest.mark.parametrize("shell", [2, 5, 12])
+def test_slopes_of_grid_rays_are_the_nearest_integers(shell):
+    record = screen(24, 18)
+    rays = screen_rays(shell, (24, 18), (record.column_bits, record.row_bits), record.half_angles)
+    # The scale leaves an eighth beyond the largest slope, or beyond 1.
+    scale = Decimal("1.125") * max(*map(Decimal, record.slopes), 1)
+    for table, slope in (rays.column_table, record.slopes[0]), (rays.row_table, record.slopes[1]):
+        border = Decimal(slope) + Decimal(float(margins.screen_border(shell, slope, float(scale))))
+        assert table.ravel().tolist() == [precise.nearest(ONE * (Decimal(2 * k + 1) / len(table) - 1) * border / scale)
+                                          for k in range(len(table))]
 
 
 @pytest.mark.parametrize(("azimuths", "polars", "bits"), [(64, 16, 32), (512, 256, 32), (2048, 64, 40)])

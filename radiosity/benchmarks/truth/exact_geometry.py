@@ -143,6 +143,8 @@ class ExactGeometry:
 
     def _cause(self, rounded, exact, ray):
         """The cause of one differing ray, and of an edge the share of its bound."""
+        if rounded >= 0 and self._patches[rounded].is_dropped:
+            return "unexplained", 0
         inverse, other = (self._patches[number].inverse(ray) if number >= 0 else None for number in (rounded, exact))
         if inverse is not None:
             if inverse == other:
