@@ -17,9 +17,11 @@ from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.survival import Survival
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.deferred_store import DeferredStore
 from hw.memsys.filter import Filter
 from hw.memsys.istructure import IStructure
 from hw.memsys.patch_store import PatchStore
+from hw.noc.network_interface import NetworkInterface
 from hw.noc.router import Router
 from hw.output import write_text
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
@@ -94,6 +96,9 @@ UNITS = {
         "LocalBusInterface": {}, "LocalBus": {"clusters": 2}, "CellFetch": {}, "PatchFetch": {},
         "SystemBusInterface": {}, "PatchStore": lambda config: PatchStore(
             config=config, frames=config.memsys.store_patches or STORE, requests=config.memsys.store_requests),
+        # That of a patch store, whose I-structure keeps two bits of a patch.
+        "DeferredStore": lambda config: DeferredStore(
+            2, depth=config.memsys.store_requests, tag=range(config.memsys.store_requests)),
     },
     "control": {
         "JobControl": {}, "DescriptorFetch": {}, "DescriptorCheck": {}, "JobDispatch": {}, "CompletionWriter": {},
@@ -105,7 +110,9 @@ UNITS = {
         ENGINE_REGISTERS, address_bits=ADDRESS_BITS, memory_bits=config.memory.address_bits)},
     # By bits of a flit, channels, and cycles of a router if one.
     "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)
-            for bits in (32, 72) for channels in (1, 2, 4)} | {"Router-32-1-1": _router(bits=32, channels=1, cycles=1)},
+            for bits in (32, 72) for channels in (1, 2, 4)} | {
+        "Router-32-1-1": _router(bits=32, channels=1, cycles=1), "NetworkInterface": lambda config: NetworkInterface(
+            config=config, routing=route(config.noc.network(), config.noc.virtual_channels), node=0)},
 }
 
 
