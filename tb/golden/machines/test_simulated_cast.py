@@ -8,21 +8,10 @@ import pytest
 from golden.machines.section_trace import replay
 from radiosity.benchmarks.machines import SceneCasts, errors_of, machine_config, recorded_cycles
 from radiosity.cluster_timing import cluster_timing
-from tb.sources.source_texts import ROOT
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 CONFIG = machine_config("paper", (), (256, 64))
-
-
-def test_recorded_cycles_are_those_of_the_page():
-    lines = (ROOT / "docs/engine.md").read_text().splitlines()
-    head = next(number for number, line in enumerate(lines) if line.startswith("| scene | 1 | 0.7 |"))
-    cells, found = [float(cell) for cell in lines[head].split("|")[2:-1]], {}
-    for line in lines[head + 2:head + 8]:
-        name, *cycles = (part.strip("*` ") for part in line.split("|")[1:-1])
-        found |= {(name, cell): int(one.replace(",", "")) for cell, one in zip(cells, cycles, strict=True)}
-    assert found == recorded_cycles()
 
 
 def errors(rows, config=CONFIG):
