@@ -155,15 +155,7 @@ class PatchSetup(wiring.Component):
                      self.o_factor.payload.part.eq(made.part)]
 
         # Patches that cannot be hit, by slot.
-        own, dropped = Signal(slots), Signal(slots)
-        source, enters = frustum.source, Signal()
-        # One comparison of all bits would be a critical path: halves are compared here, and combined a cycle later.
-        surface, half = entered.item.surface, len(entered.item.surface) // 2
-        seen_own, seen_slot = Signal(3, reset_less=True), Signal.like(entered.slot, reset_less=True)
-        m.d.sync += [enters.eq(queue.o.valid), seen_slot.eq(entered.slot),
-                     seen_own.eq(Cat(surface[:half] == source[:half], surface[half:] == source[half:], source >= 0))]
-        with m.If(enters):
-            m.d.sync += own.bit_select(seen_slot, 1).eq(seen_own.all())
+        own, dropped = self._add_own(m, frustum.source), Signal(slots)
         with m.If(found):
             m.d.sync += dropped.bit_select(made.slot, 1).eq(made.part.dropped)
 
@@ -208,6 +200,18 @@ class PatchSetup(wiring.Component):
         with m.If(is_unseen.any()):
             m.d.comb += ready.i.payload.window.eq(0)
         return m
+
+    def _add_own(self, m, source):
+        """By slot, whether a patch lies on the surface on which the rays start."""
+        own, enters, entered = Signal(self._config.icu.slots), Signal(), self._queue.o.payload
+        # One comparison of all bits would be a critical path: halves are compared here, and combined a cycle later.
+        surface, half = entered.item.surface, len(entered.item.surface) // 2
+        seen_own, seen_slot = Signal(3, reset_less=True), Signal.like(entered.slot, reset_less=True)
+        m.d.sync += [enters.eq(self._queue.o.valid), seen_slot.eq(entered.slot),
+                     seen_own.eq(Cat(surface[:half] == source[:half], surface[half:] == source[half:], source >= 0))]
+        with m.If(enters):
+            m.d.sync += own.bit_select(seen_slot, 1).eq(seen_own.all())
+        return own
 
     def _add_frustum(self, m):
         """Connects the frustum to all blocks: it, and whether it is a screen where windows are."""
