@@ -37,7 +37,7 @@ def test_constraints_are_of_the_verilogs_ports(tmp_path):
     # Of the board's schematics.
     assert dict(re.findall(r'LOCATE COMP "(\w+)" SITE "(\w+)"', text)) == {
         "uart_0__tx__io": "L4", "led_0__io": "B2", "led_1__io": "C2", "button_fire_0__io": "R1", "clk25_0__io": "G2"}
-    assert ports == set(re.findall(r'COMP "(\w+)"', text))
+    assert ports == set(re.findall(r'COMP "(\w+)"', text)), "names of ports"
     (clock,) = re.findall(r'FREQUENCY PORT "clk25_0__io" ([\d.]+) HZ', text)
     assert float(clock) == CLOCK_HZ
 

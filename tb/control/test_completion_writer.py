@@ -210,6 +210,7 @@ def test_beats_of_all_widths(width):
 @pytest.mark.parametrize(("gaps", "slow", "after"), [(0, 0, (3, 9)), (0.5, 0.3, (1, 30)), (0.1, 0.8, (1, 1))])
 def test_records_of_all_sources(writer, gaps, slow, after):
     writer.run((5, 3, 7), own=6, gaps=gaps, slow=slow, after=after).check()
+    # The records `check` compares in their order; here how many each source had.
     assert Counter(writer.sources) == {0: 5, 1: 3, 2: 7, NO_CLUSTER: 6}
 
 

@@ -39,7 +39,7 @@ def play(benches, plan):
 
 def complete(units):
     """Each descriptor that was taken has exactly one record."""
-    assert Counter(units.completed) == Counter(units.taken)
+    assert Counter(units.completed) == Counter(units.taken), "jobs of several clusters complete in any order"
 
 
 def codes(records):
@@ -274,6 +274,7 @@ def test_the_number_of_descriptors_wraps():
         found = bench.run(units, plan.cycles)
         complete(units)
         assert found[-1][1]["taken"] == len(kinds) - 3
+        # An error is seen in every cycle from its first one on.
         assert set(errors(found)) == {"READ_REPLY", *(("RING",) if event == "far" else ())}
 
 

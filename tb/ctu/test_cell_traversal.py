@@ -113,6 +113,7 @@ async def rays_of_a_scene(dut):
     assert sum(item["last"] for item in came) == len(items)
     assert len(came) == sum(played.stage.passes for played in one.played)
     got = Counter((item["tag"], item["cell"]) for item in came if item["is_cell"])
+    # Rays go round together, so their cells interleave; the cells of each ray are in order in `test_ray_traversal`.
     assert got == Counter((played.stage.shell, cell) for played in one.played[1:]
                           for cell in played.stage.cells.tolist())
     busy = len(came) / (cycles[-1] - cycles[0] + 1)

@@ -15,6 +15,7 @@ from golden.icu.ray_memory import RayMemory
 from golden.stimulus.ctu.records import CELLS, SCENES, traversal_record
 from hw.ctu.ray_traversal import RayTraversal
 from hw.ctu.stage_count import NEAR_STAGE
+from tb.ctu.stage_cells import StageCells, in_order
 from tb.ctu.traversal_bench import FINAL, STAGES, ClusterPart, Intersection, SettlePort, Surroundings
 from tb.golden.cast.frusta import random_frustum, speckled_frustum
 from tb.lib.clocking import reset, start
@@ -70,7 +71,7 @@ async def play(around, played):
     begins, requests = around.ports.taken("i_frustum"), 0
     await around.begin()
     assert around.cells == [(cell, NEAR_STAGE) for cell in played[0].stage.cells.tolist()]
-    for number, one in enumerate(played[1:]):
+    for number, (one, (shell, sent)) in enumerate(zip(played[1:], around.part.sent(played), strict=True)):
         around.port.words = around.part.words(one.codes)
         await around.swept()
         before, groups = len(around.cells), around.part.requests(number, one.stage.shell, one.stage.window)
@@ -78,10 +79,12 @@ async def play(around, played):
         await around.ports.send("i", groups)
         await around.ports.until(lambda number=number: around.over == number + 1)
         came = around.cells[before:]
-        assert {stage for _, stage in came} <= {number % STAGES}
+        assert all(stage == number % STAGES for _, stage in came)
         got, expected = Counter(cell for cell, _ in came), Counter(one.stage.cells.tolist())
         assert got == expected, (f"subshell {one.stage.subshell}, shell {one.stage.shell}: {got - expected} came, "
                                f"{expected - got} did not")
+        cells = [cell for cell, _ in came]
+        assert all(in_order(around.part.cells(shell)[ray], cells) for ray in sent.tolist()), f"shell {shell}"
     assert not around.final
     await around.ports.send("i", [FINAL])
     await around.ports.until(lambda: around.final)
@@ -150,10 +153,11 @@ async def cast(around, tests, stages, depth):
 
 @cocotb.test()
 async def free_running(dut):
-    """Whenever patches are tested: golden's cells and more, and golden's hits; and the stages overlap."""
+    """Whenever patches are tested: golden's cells, those that may survive for late settles, and golden's hits."""
     given = options()
     await start(dut, cycles=given["cycles"])
-    config, ahead, overlaps, deferrals, port = config_of(given["changes"]), 0, 0, 0, SettlePort(dut)
+    config, ahead, overlaps, deferrals, excluded = config_of(given["changes"]), 0, 0, 0, 0
+    port = SettlePort(dut)
     for number in range(given["runs"]):
         seed = given["seed"] * 1000 + number
         record = recorded(given["record"], config) if given["record"] else drawn(seed, config)
@@ -168,6 +172,8 @@ async def free_running(dut):
         expected = {cell for played in one.played for cell in played.stage.cells.tolist()}
         missing = expected - {cell for cell, _ in around.cells}
         assert not missing, f"run {seed}: cells {sorted(missing)[:5]} of golden's are missing"
+        _, out = StageCells(around, stages).check()
+        excluded += out
         mine = one.sector.mask(record.record).ravel()
         different = np.intersect1d(tests.hits().differences(record.hits), np.flatnonzero(mine))
         assert not len(different), f"run {seed}: {len(different)} rays hit something else"
@@ -178,6 +184,7 @@ async def free_running(dut):
         around.stop()
         tests.stop()
     assert ahead, "stages must overlap"
+    assert excluded, "settles must arrive in time for some grid rays"
     assert overlaps or not config.ctu.subshells or not given["record"], "subshells must overlap"
     assert deferrals or not config.ctu.subshells, "requests must be deferred while rays are in flight"
 

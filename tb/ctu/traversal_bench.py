@@ -7,9 +7,11 @@ from cocotb.triggers import ClockCycles, RisingEdge
 from golden.cast.cluster_casting import Stage
 from golden.cast.fixed_hits import read_out
 from golden.cast.shelling import ShellingCounts
+from golden.ctu.cell_traversal import Traversal
 from golden.ctu.sector import sector_rays, subshell_rays
 from golden.ctu.settle_pyramid import SettlePyramid
 from golden.ctu.survival import survivors_by_code
+from golden.ctu.unit import global_directions
 from golden.icu.ray_memory import RayMemory
 from golden.icu.settle_code import settle_code
 from golden.memsys.filter import Filter
@@ -19,6 +21,7 @@ from tb.ctu.grid_load import GridAddresses, grouped, unit_writes
 from tb.icu.frustum_load import frustum_payload
 from tb.lib.payload import pack
 from tb.lib.ports import Ports
+from tb.lib.stream import now
 
 __all__ = ["FINAL", "STAGES", "ClusterPart", "Intersection", "SettlePort", "Surroundings"]
 
@@ -45,7 +48,7 @@ class ClusterPart:
         self.traversal = traversal = self.cluster.traversal
         self.rays = {shell: traversal.rays(shell) for shell in range(2, traversal.last_shell + 1)}
         self.addresses = GridAddresses(self.rays.values())
-        self._word = CtuFormats(config).settle_word
+        self.word, self._cells = CtuFormats(config).settle_word, {}
         self.tables = unit_writes(traversal, config)
         self.frustum = {
             "frustum": frustum_payload(record, sector, config), "to_global": record.to_global.tolist(),
@@ -54,6 +57,25 @@ class ClusterPart:
         self.near = [{"cell": cell, "is_cell": 1, "last": k == len(near) - 1}
                      for k, cell in enumerate(near)] or [{"last": 1}]
         self.tiles_across = self.frustum["frustum"]["tiles_across"]
+
+    def cells(self, shell):
+        """Of each grid ray of a shell the cells that it meets, in order."""
+        if shell not in self._cells:
+            self._cells[shell] = self._cells_of(shell)
+        return self._cells[shell]
+
+    def _cells_of(self, shell):
+        record, rays, table = self.record, self.rays[shell], self.shelling.table
+        begin, end = self.traversal.borders(shell)
+        going = Traversal(table.position(record.origin), global_directions(rays.direction.reshape(-1, 3), record),
+                          begin=begin, end=end, shape=table.shape)
+        cells = [[] for _ in range(rays.rows * rays.columns)]
+        while len(going.ray):
+            inside = going.inside
+            for ray, cell in zip(going.ray[inside].tolist(), table.number(going.index[inside]).tolist(), strict=True):
+                cells[ray].append(cell)
+            going.advance()
+        return cells
 
     def numbers_of(self, shell, window):
         """Numbers of the grid rays of a stage."""
@@ -89,7 +111,7 @@ class ClusterPart:
         whole = np.zeros((-(-rows // side) * side, self.tiles_across * side), dtype=np.int64)
         whole[:rows, :columns] = codes
         tiles = whole.reshape(len(whole) // side, side, -1, side).transpose(0, 2, 1, 3).reshape(-1, side * side)
-        return [pack(self._word, tile) for tile in tiles.tolist()]
+        return [pack(self.word, tile) for tile in tiles.tolist()]
 
 
 class SettlePort:
@@ -105,12 +127,14 @@ class SettlePort:
         Share of the cycles in which it does not answer.
     sweeps
         How often its first tile has been requested.
+    given
+        Cycle, tile and word of each answer.
     """
 
     def __init__(self, dut):
         self._dut, self._settled = dut, (1 << len(dut.i_word__payload)) - 1
         self._random = np.random.default_rng(0)
-        self.words, self.stalls, self.sweeps = [], 0.0, 0
+        self.words, self.stalls, self.sweeps, self.given = [], 0.0, 0, []
         self._task = cocotb.start_soon(self._run())
 
     def stop(self):
@@ -127,18 +151,18 @@ class SettlePort:
             await edge
             cycle += 1
             if offers and int(dut.i_word__ready.value):
-                waiting.pop(0)
+                self.given.append((now(), *waiting.pop(0)[1:]))
                 offers = False
             if int(dut.o_tile__valid.value) and int(dut.o_tile__ready.value):
                 tile = int(dut.o_tile__payload.value)
                 self.sweeps += tile == 0
                 # Where the last frustum has more tiles, its sweep still requests them: all is settled there.
-                waiting.append((cycle + 4, self.words[tile] if tile < len(self.words) else self._settled))
+                waiting.append((cycle + 4, tile, self.words[tile] if tile < len(self.words) else self._settled))
             if not offers:
                 offers = bool(waiting) and waiting[0][0] <= cycle and self._random.random() >= self.stalls
                 dut.i_word__valid.value = offers
                 if offers:
-                    dut.i_word__payload.value = waiting[0][1]
+                    dut.i_word__payload.value = waiting[0][2]
             dut.o_tile__ready.value = len(waiting) < 8
 
 
@@ -162,8 +186,10 @@ class Surroundings:
     -------
     ports
         All streams but the settle map's.
-    cells
-        What has come: cell and stage, the near cells' first; ``final`` once it is over.
+    cells, cycles
+        What has come: cell and stage, the near cells' first, and in which cycles; ``final`` once it is over.
+    begun
+        The cycle in which the frustum was given.
     ahead
         Cells of stages behind the oldest one that is not over.
     heard
@@ -172,7 +198,7 @@ class Surroundings:
 
     def __init__(self, dut, component, part, *, misses=0.0, seed=0, port=None, **stalls):
         self.part, self.heard = part, None
-        self.cells, self.final, self.ahead = [], False, 0
+        self.cells, self.cycles, self.final, self.ahead, self.begun = [], [], False, 0, None
         self.port, self._own_port = port or SettlePort(dut), port is None
         self.port.stalls = misses
         self.ports = Ports(dut, component, stalls=stalls, seed=seed, others=("o_tile", "i_word"))
@@ -195,12 +221,13 @@ class Surroundings:
         seen, run_ahead = 0, self.part.config.ctu.run_ahead
         while True:
             await self.ports.edge
-            for cell in self.ports.came("o", seen):
+            for cell, cycle in zip(self.ports.came("o", seen), self.ports.sinks["o"].cycles[seen:], strict=True):
                 assert not self.final, "a cell came when the frustum was over"
                 if cell["final"]:
                     self.final = True
                     continue
                 self.cells.append((cell["cell"], cell["stage"]))
+                self.cycles.append(cycle)
                 if "o_over" in self.ports.sinks:
                     self.ahead += 0 < (cell["stage"] - self.over) % STAGES <= run_ahead
                 if self.heard is not None:
@@ -211,6 +238,7 @@ class Surroundings:
         """Tables, frustum, near cells."""
         await self.ports.send("i_table", self.part.tables)
         await self.ports.send("i_frustum", [self.part.frustum])
+        self.begun = now()
         await self.ports.send("i_near", self.part.near)
         # The last of them has been seen.
         await ClockCycles(self.ports.dut.clk, 2)

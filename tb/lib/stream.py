@@ -10,10 +10,10 @@ from cocotb.utils import get_sim_time
 
 from tb.lib.clocking import PERIOD
 
-__all__ = ["Monitor", "Sink", "Source"]
+__all__ = ["Monitor", "Sink", "Source", "now"]
 
 
-def _now():
+def now() -> int:
     """The number of the present cycle."""
     return round(get_sim_time("ns") / PERIOD)
 
@@ -72,7 +72,7 @@ class Source(_Stream):
             if payload is not None:
                 payload.value = item
             await edge
-            cycle = _now()
+            cycle = now()
             self.offered.append(cycle)
             while ready is not None and not int(ready.value):
                 await edge
@@ -109,7 +109,7 @@ class Monitor(_Stream):
             self._seen(item)
         else:
             self.items.append(item)
-            self.cycles.append(_now())
+            self.cycles.append(now())
 
     def stop(self) -> None:
         """Record nothing more."""
@@ -145,7 +145,7 @@ class Sink(Monitor):
             ready.value = int(accepts)
             await edge
             if not accepts:
-                self.stalled.add(_now())
+                self.stalled.add(now())
             elif int(valid.value):
                 self._record()
 

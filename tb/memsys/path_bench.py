@@ -205,6 +205,7 @@ class Bench:
         for k, (sink, cells) in enumerate(zip(self.sinks, met, strict=True)):
             self.compare(k, sink.items, cells)
             if share == 1:
+                # All cells need all patches of the scene, each once.
                 assert self.expected(cells) == set(self.scene["patches"][k])
             assert self.fault(k) == (PathFault.NONE, 0)
         return met
@@ -223,11 +224,13 @@ class Bench:
             assert all(one["surface"] == scene["surface"][patch] for one in four)
             patches.append(patch)
         assert len(set(patches)) == len(patches), "a patch must come once"
+        # Own, remote and fetched patches come when their sources answer.
         assert set(patches) == self.expected(cells)
         counters = unpack(self._counters, int(getattr(self.dut, f"counters__{cluster}").value))
+        # A cell that is met again is not opened again, and names its patches once.
         assert (counters["seen"], counters["opened"]) == (len(cells), len(set(cells)))
         assert counters["found"] == len(patches)
-        assert counters["named"] == sum(scene["count"][cell] for cell in set(cells))
+        assert counters["named"] == sum(scene["count"][cell] for cell in dict.fromkeys(cells))
         memsys, lists = self.config.memsys, [self.list_of(cell) for cell in dict.fromkeys(cells)]
         where = {patch: at if address < memsys.own_patches else NONE
                  for patch, (at, address) in enumerate(scene["residence"])}

@@ -198,6 +198,7 @@ class FaultBench:
             assert found[0] is PathFault.TIMEOUT, f"a section that does not end has {found[0].name}"
         else:
             assert ended, f"neither an end nor a time-out, but {found[0].name}"
+            # Patches come when their sources answer.
             assert sorted(came) == sorted(self._expected(cells)), "each patch that is not lost comes once"
             reports = self._faults.reports or {(PathFault.NONE, 0)}
             assert found in reports, f"{found} is none of {reports}"

@@ -32,4 +32,4 @@ def test_five_scenes(lines):
     given = {f"{name}: {what}": string for name in SCENES
              for what, string in strings(name, Hemisphere(256, 64), 0.0625, 5000).items()}
     came = replay(given, POLICIES, lines=lines)
-    assert all(set(by_policy) == set(POLICIES) for by_policy in came.values())
+    assert all(set(by_policy) == set(POLICIES) for by_policy in came.values()), "names of policies"

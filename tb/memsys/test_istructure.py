@@ -98,7 +98,7 @@ class Bench:
         assert answered.all()
         got = self.answers[before[0]:]
         expected = sorted(zip(tags.tolist(), values.tolist(), strict=True))
-        assert sorted(got) == expected, "each read must be answered once, with its data"
+        assert sorted(got) == expected, "each read must be answered once, with its data, when its location is written"
         assert self.refused.items[before[1]:] == write[refused].tolist()
 
 
@@ -274,6 +274,7 @@ async def a_full_store(dut):
         assert cycles == list(range(cycles[0], cycles[0] + COUNT)), "writes must not stall"
         released = bench.answer.cycles[came:came + DEFERRED]
         assert released == list(range(cycles[0] + RELEASE, cycles[0] + RELEASE + DEFERRED)), "releases without a bubble"
+        # Golden's order: locations are written in turn, and the reads of each are served first come, first served.
         assert bench.answers[came:came + DEFERRED] == sorted(enumerate(addresses), key=lambda read: (read[1], read[0]))
         bench.stop()
 

@@ -128,7 +128,7 @@ async def what_is_malformed(dut):
         came = [unpack(bench.shapes["o_vertex"], item) for item in bench.sinks[0].items]
         found = [(came[k]["patch"], [one["vertex"] for one in came[k:k + 4]]) for k in range(0, len(came), 4)]
         required = [(patch, given["vertices"][patch]) for patch in bench.expected(good)] + extra
-        assert sorted(found) == sorted(required), cells
+        assert sorted(found) == sorted(required), f"{cells}: each patch once, when its source answers"
         assert bench.fault(1) == (PathFault.NONE, 0), "the cluster that answers has no fault"
         for k in range(CLUSTERS):
             getattr(dut, f"clear__{k}").value = 1

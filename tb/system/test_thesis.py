@@ -23,6 +23,7 @@ def cast_on_the_machine(config, scene, *, cell, rays=RAYS):
     listed = [len(one.patches) for one in request.plan.subshells]
     assert sum(listed), "the machine has subshell lists"
     job = plan_job([request], config)
+    # Which frustum is which cluster's, the planner decides.
     assert sorted(job.descriptors["cluster"][1:]) == sorted([*range(len(listed))] * len(POINTS))
     with JobMachine(job, latency=10) as machine:
         machine.right()
