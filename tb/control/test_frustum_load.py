@@ -55,6 +55,7 @@ def test_tables_and_numbers(given):
     record, config = made.record, CONFIG
     table_write, grid_write = IcuFormats(CONFIG).table_write, CtuFormats(CONFIG).grid_table_write
 
+    # Each write names its entry, so the order of a table's writes is free; none may be missing or come twice.
     def ordered(items, shape):
         return sorted(pack(shape, item) for item in items)
 
