@@ -9,6 +9,7 @@ from golden.commands.casting_method import CastingMethod, add_options, method_op
 from golden.commands.choices import FRUSTUM_METHODS, LENGTH_UNITS, RAY_METHODS, SKY_DIVISIONS
 from golden.commands.command_line import Task
 from golden.commands.console import console
+from golden.commands.factor_outputs import FACTOR_OUTPUT_NAMES, FACTOR_OUTPUTS
 from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, ZENITH, Positive
 from golden.commands.workers import WORKERS, worker_pool
 
@@ -17,6 +18,9 @@ __all__ = ["formfactors_command"]
 _NAMED = {"Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Clusters": "--clusters",
           "Error": "--error", "Sky error": "--sky-error", "Seed": "--seed", "Jobs": "--jobs",
           "Zenith": "--zenith"}
+_TASK = *FACTOR_OUTPUT_NAMES, "zenith", "facets", "unit", "max_edge", "max_area"
+"""The options that the task takes as they are."""
+
 _ADAPTIVE = {"error": "--error", "sky_error": "--sky-error", "sky_patches": "--sky-patches", "seed": "--seed",
              "time_limit": "--time-limit"}
 
@@ -29,8 +33,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     @click.option("-o", "--output", type=FILE, required=True,
                   help="Write the view factors to this .npz (scipy.sparse.load_npz reads F), .nc (netCDF), or "
                   "vfsparse.inp[.CASE] (lines i j F from 1, with svf.inp and facetarea.inp).")
-    @click.option("--by-surface", type=FILE, help="Also write the factors between surfaces, all patches of a name "
-                  "together, to this .csv, .nc or .npz.")
+    @add_options(FACTOR_OUTPUTS)
     @click.option("--error", type=Positive(), default=1e-3, help="Set the largest estimated error of any factor, twice "
                   "its standard error: 1e-6 to 0.1.")
     @click.option("--sky-error", type=Positive(), help="Set the largest estimated error of any sky view factor.  "
@@ -59,8 +62,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "beside the output.")
     @WORKERS
     @add_options(option for method in methods for option in method.options)
-    def formfactors(scene, output, by_surface, error, sky_error, sky_patches, zenith, time_limit, seed, rays, samples,
-                    project, facets, unit, max_edge, max_area, method, cell, jobs, resume, workers, **given):
+    def formfactors(scene, output, error, sky_error, sky_patches, time_limit, seed, rays, samples, project,
+                    method, cell, jobs, resume, workers, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light leaving patch i that arrives at patch j. Rows sum to 1 minus the shares that
@@ -73,7 +76,9 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         _check_options(plain, method, project, time_limit, resume)
         if sky_patches and output.suffix.lower() not in (".npz", ".nc"):
             raise click.UsageError("--sky-patches needs an output that ends in .npz or .nc.")
-        if zenith and not sky_patches:
+        if given["receivers"] and method not in RAY_METHODS:
+            raise click.UsageError(f"--receivers needs single rays: {', '.join(RAY_METHODS)}.")
+        if given["zenith"] and not sky_patches:
             raise click.UsageError("--zenith needs --sky-patches: nothing else depends on it.")
         pool = worker_pool(workers, method, chosen, cell=cell)
         from golden.cast.methods import frustum_caster
@@ -86,9 +91,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         if chosen:
             hemisphere = Hemisphere(*rays)
             chosen.check(frustum=(hemisphere.azimuths, hemisphere.polars), **options)
-        task = ViewFactorTask(scene, output, zenith=zenith, has_sky_patches=sky_patches is not None,
-                              surfaces=by_surface, facets=facets, unit=unit, max_edge=max_edge, max_area=max_area,
-                              progress=console().progress)
+        task = ViewFactorTask(scene, output, has_sky_patches=sky_patches is not None,
+                              progress=console().progress, **{name: given[name] for name in _TASK})
         with (chosen.frusta(task.scene, cell=cell, **options) if chosen
               else nullcontext(frustum_caster(task.scene, method, cell=cell, jobs=jobs,
                                               progress=console().progress))) as caster:
@@ -111,6 +115,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                 store = task.store(rows, method=method, resume=resume)
                 with pool as opened:
                     report, text = task.run(rows, store, method=method, spread=spread(opened))
+            figures, more = task.receive(caster, error=error, seed=seed)
+            report, text = {**report, **figures}, text + more
         if chosen:
             report[method] = caster.counts()
             text += f"\n{caster.summary()}"
@@ -128,5 +134,7 @@ def _check_options(plain, method, project, time_limit, resume):
     if project and not plain:
         raise click.UsageError("--project needs --rays, --samples or a method with fixed rays: the others project "
                                "by themselves.", context)
+    if context.params["drop_below"] and plain and not project:
+        raise click.UsageError("--drop-below needs reciprocal factors: --project with these options.", context)
     if time_limit is not None and resume:
         raise click.UsageError("--time-limit and --resume exclude each other.", context)

@@ -8,6 +8,7 @@ import numpy as np
 
 from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors
+from golden.light.factors.csv_file import write_receivers
 from golden.light.factors.files import (
     SURFACE_SUFFIXES,
     check_view_factors_output,
@@ -15,9 +16,12 @@ from golden.light.factors.files import (
     write_view_factors,
 )
 from golden.light.factors.groups import grouped
+from golden.light.factors.receivers import receiver_factors
+from golden.light.factors.truncation import truncated
 from golden.light.factors.units import METRES, in_metres
 from golden.light.factors.view_factors import ViewFactors
-from golden.output import check_named_once, check_outputs
+from golden.light.photometry.sensor_file import read_sensors
+from golden.output import check_inputs_stay, check_named_once, check_outputs, whole_file
 from golden.peak_memory import peak_memory
 from golden.plural import counted
 from golden.scene.load import FACETED
@@ -50,6 +54,10 @@ class ViewFactorTask:
         Whether shares of patches of the sky are requested, for which the scene's up matters.
     surfaces
         Path of the view factors between surfaces (.csv, .nc or .npz), or None.
+    receivers
+        Path of points (`read_sensors`), and of the table of their view factors (.csv); or None.
+    drop_below
+        The factors of ``output`` are `truncated` below this, or None. Those between surfaces are of all.
     facets
         Whether each face of a file is one row, see `golden.scene.load.load_scene`; where patches are cut by size, only
         their parts are.
@@ -72,14 +80,19 @@ class ViewFactorTask:
     """
 
     def __init__(self, scene: str, output: Path, *, zenith=None, has_sky_patches: bool = False,
-                 surfaces: Path | None = None, facets: bool = False, unit: str = "m", max_edge: float | None = None,
-                 max_area: float | None = None, progress: bool = False):
+                 surfaces: Path | None = None, receivers: tuple[Path, Path] | None = None,
+                 drop_below: float | None = None, facets: bool = False, unit: str = "m",
+                 max_edge: float | None = None, max_area: float | None = None, progress: bool = False):
         self._began = time.perf_counter()
         check_view_factors_output(output)
         check_outputs(surfaces, suffixes=SURFACE_SUFFIXES)
-        check_named_once(output, surfaces)
+        points, self._table = receivers or (None, None)
+        check_outputs(self._table, suffixes=(".csv",))
+        check_named_once(output, surfaces, self._table)
+        check_inputs_stay(*filter(None, [points]), outputs=(output, surfaces, self._table))
+        self._points = read_sensors(points) if points else None
         self._name, self._output, self._surfaces = scene, output, surfaces
-        self._progress, self._unit = progress, unit
+        self._progress, self._unit, self._drop_below = progress, unit, drop_below
         opened = open_scene(scene, zenith=zenith, facets=facets)
         self._zenith = zenith_line(scene, opened, is_given=zenith is not None) if has_sky_patches else None
         if has_sky_patches and zenith is None:
@@ -148,14 +161,35 @@ class ViewFactorTask:
             text += f"\nthe time limit ended the work at an error of {reached:g}"
         return report, text
 
+    def receive(self, caster, *, error: float, seed: int) -> tuple[dict, str]:
+        """Compute and write the view factors of the receivers; the report as values and as text, empty without them.
+
+        The caster casts any rays; for the other parameters see `receiver_factors`.
+        """
+        if self._points is None:
+            return {}, ""
+        found = receiver_factors(self.scene, caster, self._points, error=error, seed=seed)
+        with whole_file(self._table) as part:
+            write_receivers(found, part)
+        figures = {"receivers": len(self._points), "receivers_output": self._table,
+                   "receivers_error": 2 * float(found.error.max())}
+        return figures, (f"\n{self._table}: {counted(len(self._points), 'receiver')}, "
+                         f"estimated error {figures['receivers_error']:.1e}")
+
     def _written(self, factors: ViewFactors, method):
         """Write the factors, and report them."""
         if self._facet is not None and len(np.unique(self._facet)) < len(self._facet):
             factors = grouped(factors, self._facet)
         factors = in_metres(factors, self._unit)
-        write_view_factors(factors, self._output)
         count = write_by_surface(factors, self._surfaces) if self._surfaces else None
+        written = truncated(factors, self._drop_below) if self._drop_below else factors
+        write_view_factors(written, self._output)
         report, text = self._report(factors, method)
+        if self._drop_below:
+            dropped = float(written.F.diagonal().max())
+            report |= {"entries": written.F.nnz, "largest_dropped": dropped}
+            text += (f"\nof these entries, those below {self._drop_below:g} went to the diagonal, up to {dropped:.3g} "
+                     f"of a row: {written.F.nnz} are left")
         if self._surfaces:
             report |= {"surfaces": count, "surfaces_output": self._surfaces}
             text += f"\n{self._surfaces}: {counted(count, 'surface')}"

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from golden.light.factors.receivers import ReceiverFactors
 from golden.light.factors.view_factors import ViewFactors
 
-__all__ = ["BACKS", "SKY", "write_csv"]
+__all__ = ["BACKS", "SKY", "write_csv", "write_receivers"]
 
 SKY, BACKS = "(sky)", "(backs)"
 """Where radiation goes that meets no surface."""
@@ -32,3 +33,15 @@ def write_csv(factors: ViewFactors, path: Path) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(
             [_COLUMNS, *((names[row], area[row], *rest) for row, *rest in entries if rest[1] > 0)])
+
+
+def write_receivers(found: ReceiverFactors, path: Path) -> None:
+    """Write a line for each view factor from a point that is not 0, by the number of the point from 0."""
+    names = [*found.names, SKY, BACKS]
+    point, target = np.nonzero(found.share)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([
+            ("receiver", "to", "view_factor", "standard_error"),
+            *((one, names[other], value, error) for one, other, value, error in zip(
+                point.tolist(), target.tolist(), found.share[point, target].tolist(),
+                found.error[point, target].tolist(), strict=True))])

@@ -7,7 +7,7 @@ from scipy import sparse
 
 from golden.light.factors.view_factors import ViewFactors
 
-__all__ = ["by_surface", "grouped"]
+__all__ = ["by_surface", "grouped", "surface_numbers"]
 
 
 def grouped(factors: ViewFactors, group: np.ndarray) -> ViewFactors:
@@ -65,10 +65,15 @@ def by_surface(factors: ViewFactors) -> ViewFactors:
 
     Surfaces are in the order of their names.
     """
-    sides = np.stack([np.unique(factors.surface, return_inverse=True)[1], ~factors.front])
-    found = grouped(factors, np.unique(sides, axis=1, return_inverse=True)[1].ravel())
-    return replace(found, surface=np.array(
-        [name if front else f"{name} (back)" for name, front in zip(found.surface, found.front, strict=True)]))
+    number, names = surface_numbers(factors.surface, factors.front)
+    return replace(grouped(factors, number), surface=np.array(names))
+
+
+def surface_numbers(surface: np.ndarray, front: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """The surface of each of N sides by name and side, N int, and the names of the surfaces in their order."""
+    sides = np.stack([np.unique(surface, return_inverse=True)[1], ~front])
+    _, first, number = np.unique(sides, axis=1, return_index=True, return_inverse=True)
+    return number.ravel(), [f"{surface[k]}{'' if front[k] else ' (back)'}" for k in first.tolist()]
 
 
 def _means(whole: sparse.csr_array, group, columns, count, share, *, alike=None, error=None):

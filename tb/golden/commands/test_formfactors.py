@@ -134,6 +134,21 @@ def test_a_facet_of_any_shape_is_one_row(folder, given):
     assert "F.npz: 2 patches, 2 entries" in found.stdout
 
 
+def test_small_factors_are_left_out_and_rows_close(folder):
+    """Furnace: each of 24 squares sees 20 others, and some of those by less than 0.03; surfaces lose nothing."""
+    given = "formfactors", "furnace:2", "--error", "0.1"
+    whole = json.loads(run(*given, "-o", "F.npz", "--json").stdout)
+    cut = json.loads(run(*given, "-o", "cut.npz", "--drop-below", "0.03", "--by-surface", "s.npz", "--json").stdout)
+    before, after, surfaces = (read_view_factors(folder / f"{name}.npz") for name in ("F", "cut", "s"))
+    small = (before.F.toarray() < 0.03) & (before.F.toarray() > 0)
+    assert cut["entries"] == whole["entries"] - small.sum() + 24 > 24
+    lost = (before.F.toarray() * small).sum(axis=1)
+    np.testing.assert_allclose(after.F.diagonal(), lost)
+    assert cut["largest_dropped"] == pytest.approx(lost.max())
+    assert (after.closure, after.reciprocity) == (pytest.approx(0, abs=1e-12), pytest.approx(0, abs=1e-12))
+    np.testing.assert_allclose(surfaces.F.toarray(), 1)
+
+
 def test_parts_of_a_facet_that_a_limit_cuts_stay_rows(folder):
     (folder / "a.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 1 0\nv 0 2 0\nf 1 2 3 4 5\n")
     assert run("formfactors", "a.obj", "--facets", "-o", "F.npz", "--max-area", "0.5").exit_code == 0
@@ -198,6 +213,9 @@ class Recorded:
     (("--time-limit", "5", "--error", "0.004"), {"within": {0: 5.0, "error": 0.004, "method": "naive"}}),
     (("--jobs", "3"), {"caster": {"jobs": 3, "cell": 0.3}}),
     (("--resume",), {"store": {"method": "naive", "resume": True}}),
+    (("--receivers", "p.txt", "r.csv", "--error", "0.005", "--seed", "3"),
+     {"task": {"receivers": (Path("p.txt"), Path("r.csv"))}, "receive": {0: 1, "error": 0.005, "seed": 3}}),
+    (("--drop-below", "0.003"), {"task": {"drop_below": 0.003}}),
     (("--by-surface", "s.csv"), {"task": {"surfaces": Path("s.csv")}}),
     (("--sky-patches", "reinhart", "--zenith", "0,1,0"), {"task": {"zenith": (0, 1, 0), "has_sky_patches": True}}),
     (("--facets", "--unit", "cm", "--max-edge", "0.5", "--max-area", "0.25"),
@@ -206,7 +224,7 @@ class Recorded:
 def test_every_option_reaches_the_work(words, expected, monkeypatch, tmp_path):
     seen = Recorded()
     task = SimpleNamespace(scene=range(2), run=seen.of("run", ({}, "")), run_within=seen.of("within", ({}, "")),
-                           store=seen.of("store"))
+                           store=seen.of("store"), receive=seen.of("receive", ({}, "")))
     for place, name, made in (
             ("golden.tasks.view_factors.ViewFactorTask", "task", task),
             ("golden.cast.methods.frustum_caster", "caster", 1),

@@ -7,6 +7,7 @@ import pytest
 
 from golden.errors import InputError
 from golden.light.factors.files import read_view_factors
+from golden.light.factors.receivers import ReceiverFactors
 from golden.tasks import view_factors
 from golden.tasks.view_factors import ViewFactorTask
 from tb.golden.light.factors.samples import three_sides
@@ -78,6 +79,22 @@ def test_factors_between_surfaces_are_written_beside(seconds, tmp_path, way):
     found = read_view_factors(tmp_path / "s.nc")
     assert found.surface.tolist() == [" (back)", "Wand süd", "sun"]
     np.testing.assert_allclose(found.area, [5 * FOOT**2, 4 * FOOT**2, 3 * FOOT**2])
+
+
+def test_receivers_are_written_to_their_table(monkeypatch, tmp_path):
+    """What the caster gives for each point is made up."""
+    (tmp_path / "p.txt").write_text("1 2 3 0 0 1\n")
+    task = ViewFactorTask("furnace:1", tmp_path / "a.npz", receivers=(tmp_path / "p.txt", tmp_path / "r.csv"))
+    found = ReceiverFactors(names=["wall"], share=np.array([[0.25, 0.75, 0]]), error=np.array([[0.02, 0.03, 0.001]]))
+    given = {}
+    monkeypatch.setattr(view_factors, "receiver_factors", lambda scene, caster, points, **options: given.update(
+        options, scene=scene, caster=caster, at=points.position.tolist()) or found)
+    figures, text = task.receive("caster", error=0.07, seed=5)
+    assert given == {"scene": task.scene, "caster": "caster", "at": [[1, 2, 3]], "error": 0.07, "seed": 5}
+    assert figures == {"receivers": 1, "receivers_output": tmp_path / "r.csv", "receivers_error": 0.06}
+    assert text == f"\n{tmp_path / 'r.csv'}: 1 receiver, estimated error 6.0e-02"
+    assert (tmp_path / "r.csv").read_text().splitlines()[1:] == ["0,wall,0.25,0.02", "0,(sky),0.75,0.03"]
+    assert ViewFactorTask("furnace:1", tmp_path / "a.npz").receive("caster", error=0.07, seed=5) == ({}, "")
 
 
 @pytest.mark.parametrize(("surfaces", "message"), [
