@@ -110,6 +110,19 @@ def test_a_table_of_surfaces_has_all_that_leaves_each(tmp_path):
         assert {row["standard_error"] for row in csv.DictReader(file)} == {""}
 
 
+def test_a_table_with_patches_of_the_sky_has_the_ground_apart(tmp_path):
+    """Patch 0 is below the horizon, with 0.02 of the 0.06 that leave the side."""
+    patches = sparse.csr_array([(0.02, 0.03, 0, 0.01), (0,) * 4, (0,) * 4])
+    errors = sparse.csr_array([(0.003, 0.002, 0, 0.001), (0,) * 4, (0,) * 4])
+    write_by_surface(three_sides(sky_patches=patches, sky_patches_error=errors), tmp_path / "s.csv")
+    with (tmp_path / "s.csv").open(encoding="utf-8", newline="") as file:
+        rows = {row["to"]: (float(row["view_factor"]), row["standard_error"]) for row in csv.DictReader(file)
+                if row["from"] == "sun"}
+    assert rows["(sky)"] == (pytest.approx(0.04), "0.01")
+    assert rows["(ground)"] == (pytest.approx(0.02), "0.003")
+    assert sum(value for value, _ in rows.values()) == pytest.approx(1)
+
+
 @pytest.mark.parametrize("name", ["F.csv", "F", "vf.inp", "vfsparse.input"])
 def test_other_names_are_refused(tmp_path, name):
     with pytest.raises(InputError, match=r"Name must end in \.npz or \.nc or be vfsparse\.inp or vfsparse\.inp\.CASE"):
