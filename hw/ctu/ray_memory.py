@@ -188,6 +188,7 @@ class RayMemory(wiring.Component):
         m.submodules.absent = absent = IStructure(
             0, depth=self._slots, version_bits=self._generation_bits, deferred=self._deferred, tag=self._waiter,
             renews=True)
+        claim(m, ~absent.o_refused.valid, "what is written was absent")
         waiter = Cat(made.ticket, made.request)
         # None of them is ever full: at most ``deferred`` requests are in flight.
         first, again = (Queue(self._waiter, depth=self._deferred) for _ in range(2))

@@ -57,8 +57,6 @@ class PatchSetup(wiring.Component):
         Windows, in the order of the patches.
     free : In(1)
         See `PatchQueue`.
-    waiting : Out(range(slots + 1))
-        See `PatchQueue`.
     frustum : In, `Formats.frustum`
         Stable while patches are in flight.
 
@@ -83,7 +81,7 @@ class PatchSetup(wiring.Component):
             "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
             **{f"o_{name}": part(field.shape) for name, field in formats.slot_record},
             "o": Out(stream.Signature(formats.patch_window)),
-            "free": In(1), "waiting": Out(range(config.icu.slots + 1)), "frustum": In(formats.frustum)})
+            "free": In(1), "frustum": In(formats.frustum)})
         self._queue, self._transform = PatchQueue(config=config), G2rTransform(config=config)
         self._direction, self._coordinates = VertexDirection(config=config), SphericalCoordinates(config=config)
         # Two, because what they hold is needed in distant places.
@@ -120,7 +118,7 @@ class PatchSetup(wiring.Component):
             m.d.comb += [block.i_table.valid.eq(self.i_table.valid), block.i_table.payload.eq(self.i_table.payload)]
 
         wiring.connect(m, wiring.flipped(self.i), queue.i)
-        m.d.comb += [queue.free.eq(self.free), self.waiting.eq(queue.waiting)]
+        m.d.comb += queue.free.eq(self.free)
         entered = queue.o.payload
         connect_fields(m, transform.i, queue.o, slot=entered.slot, index=entered.index, vertex=entered.item.vertex)
         connect_fields(m, self.o_patch, queue.o, slot=entered.slot, part=entered.item.patch)

@@ -69,8 +69,8 @@ class PatchStore(wiring.Component):
         Patches that were not kept. Each request is answered at one of both, or lost.
     lost : Out(2)
         Requests that end without a patch, a bit for each; the fetch has failed. The frame keeps nothing.
-    hits, misses : Out(32)
-        Requests without and with a fetch, since reset.
+    hits : Out(32)
+        Requests without a fetch, since reset.
 
     Timing
     ------
@@ -101,7 +101,7 @@ class PatchStore(wiring.Component):
             "i_start": In(stream.Signature(0)), "i": In(stream.Signature(request)),
             "o_fetch": Out(stream.Signature(request)), "i_fill": In(vertices),
             "i_lost": In(stream.Signature(formats.patch)), "o_stored": Out(vertices), "o_passed": Out(vertices),
-            "lost": Out(2), "hits": Out(32), "misses": Out(32)})
+            "lost": Out(2), "hits": Out(32)})
         # Entries in flight; the memory system checks that all are free when a frustum begins.
         self.taken = Signal(requests)
         # A request in flight, from its lookup until its last vertex has left.
@@ -135,6 +135,7 @@ class PatchStore(wiring.Component):
         read = self._add_answers(m, entries=entries, vertices=vertices, presence=presence, forgets=forgets)
         m.d.comb += frees.eq(passed | read)
         count_entries(sum(taken))
+        claim(m, ~presence.o_refused.valid, "what is written was absent")
         claim(m, (fetching & ~taken) == 0, "what is fetched has an entry")
         claim(m, (frees & ~taken) == 0, "an entry is freed once")
         m.d.sync += [taken.eq((taken | looked_up) & ~frees), fetching.eq((fetching | fetched) & ~filled)]
@@ -211,7 +212,7 @@ class PatchStore(wiring.Component):
                     m.d.sync += [
                         entries[number].patch.eq(request.patch), entries[number].frame.eq(frame),
                         entries[number].is_stored.eq(keeps), self.hits.eq(self.hits + matches),
-                        self.misses.eq(self.misses + ~matches), conflicts.eq(conflicts + (~matches & ~empty))]
+                        conflicts.eq(conflicts + (~matches & ~empty))]
                     m.next = "Wait"
         first = accesses.o.payload
         m.d.comb += [

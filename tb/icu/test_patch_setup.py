@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
-from amaranth.lib.wiring import Out
 
 from golden.ctu.sector import Sector
 from golden.icu.section_clip import section_clip
@@ -44,18 +43,16 @@ class Setup(wiring.Component):
         self._setup = PatchSetup(config=config)
         self.latency = self._setup.latency
         members = dict(self._setup.signature.members.items())
-        del members["free"], members["waiting"]
-        super().__init__({**members, "waiting": Out(self._setup.waiting.shape())})
+        del members["free"]
+        super().__init__(members)
 
     def elaborate(self, platform):
         m = Module()
         m.submodules.setup = setup = self._setup
         for name in self.signature.members:
-            if name in ("frustum", "waiting"):
-                continue
-            wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(setup, name))
-        m.d.comb += [setup.frustum.eq(self.frustum), self.waiting.eq(setup.waiting),
-                     setup.free.eq(setup.o.valid & setup.o.ready)]
+            if name != "frustum":
+                wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(setup, name))
+        m.d.comb += [setup.frustum.eq(self.frustum), setup.free.eq(setup.o.valid & setup.o.ready)]
         return m
 
 
