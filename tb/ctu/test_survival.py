@@ -1,5 +1,7 @@
 """Survival by squares swept from the settle map: golden's decisions, and "live" while codes are old."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from amaranth.lib.data import StructLayout
@@ -250,20 +252,27 @@ def test_decisions_of_golden(changes, seed, kind, stalls):
 
 
 def test_a_high_section_of_one_word_across_behind_a_wide_one():
-    """Words are of 8 x 8 rays; the section has as many as the memory."""
+    """Words are of 8 x 8 rays; the section has as many as the memory, and each counts by itself."""
     config = config_of({"ctu.pyramid_levels": 1, "icu.tile_bits": 1, "icu.rays": 256})
-    case = Case(config, 11, screen=True, whole=True)
+    case, found = Case(config, 11, screen=True, whole=True), []
 
     async def test(ctx, bench):
         for section in Sector(0, 60, 0, 4), Sector(0, 8, 0, 32):
             case.section = section
             ctx.set(bench.dut.frustum, frustum_payload(case.record, section, config))
             await bench.start(ctx)
-            case.write(case.draw())
-            await bench.swept(ctx)
-            assert await bench.send(ctx, case.items) == case.expected()
+            for row in range(0, section.end_row, 8):
+                codes = np.full((section.end_row, section.end_column), 255)
+                codes[row:row + 8] = 0
+                case.write(codes)
+                await bench.swept(ctx)
+                found.append(case.expected())
+                assert await bench.send(ctx, case.items) == found[-1]
 
     SurvivalBench(case).run(test)
+    differ = [any(one[ray] != other[ray] for ray in one) for one, other in pairwise(found[1:])]
+    assert len(differ) == 3
+    assert all(differ)
 
 
 def test_what_lies_behind_column_0():

@@ -17,11 +17,12 @@ PARTS = ("column_first", "column_count", "wrapped_count", "row_first", "row_coun
 
 
 def windows():
-    """Windows of the section: without rays, of one ray, in one piece, in two, or all around."""
+    """Windows of the section: of no ray, of one, in one piece, in two, all around, or from the last column on."""
     draw = np.random.default_rng(3)
     for number in range(COUNT):
-        kind = ("none", "one ray", "one piece", "two pieces", "ring")[number % 5]
+        kind = ("none", "one ray", "one piece", "two pieces", "ring", "last column")[number % 6]
         first, row = (int(draw.integers(count)) for count in (COLUMNS, ROWS))
+        first = COLUMNS - 1 if kind == "last column" else first
         rows, count, wrapped = int(draw.integers(1, ROWS - row, endpoint=True)), COLUMNS - first, 0
         if kind == "none":
             first = row = rows = count = 0
@@ -86,6 +87,9 @@ def test_the_windows_hold_every_case():
     assert_all_occur({
         "no rays": window.rays == 0, "one ray": window.rays == 1,
         "one piece": (window.rays > 0) & (window.wrapped_count == 0), "two pieces": window.wrapped_count > 0,
+        "one column of tiles, and the other piece, in several rows of tiles":
+            (window.column_first == COLUMNS - 1) & (window.wrapped_count > 0)
+            & (window.row_first + window.row_count - 1 >> bits > window.row_first >> bits),
         "whole ring": window.column_count + window.wrapped_count == COLUMNS,
         "a tile of both pieces": (window.wrapped_count > 0) & (tile[0] == tile[1]), "one tile": np.array(tiles) == 1,
         "several rows of tiles": window.row_first + np.maximum(window.row_count, 1) - 1 >> bits

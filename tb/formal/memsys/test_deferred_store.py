@@ -7,7 +7,8 @@ from tb.formal.stream_rules import add_rules
 
 
 def released_once(m, bench, dut, depth, owners):
-    """An item leaves once, when its chain has been released, with the data of the release, in a bounded time.
+    """An item leaves once, when its chain has been released, with the data of the release, in a bounded time, and until
+    then ``releases`` says that it is due.
 
     Chains belong to owners, who remember them; the tag of any one item at a time is 1, of all others 0. ``adds`` and
     ``frees`` say whose chain gets an item and whose is released.
@@ -36,7 +37,7 @@ def released_once(m, bench, dut, depth, owners):
     # The item: it is due when its chain is released.
     out, due, owner, expected = Signal(), Signal(), Signal(range(owners)), Signal()
     mine, freed = takes & dut.i.payload.tag, dut.i_release.valid & (frees == owner)
-    m.d.comb += Assume(~mine | ~out)
+    m.d.comb += [Assume(~mine | ~out), Assert(~(out & (due | freed)) | dut.releases, "releases")]
     with m.If(mine):
         m.d.sync += [out.eq(1), owner.eq(adds)]
     with m.If(out & ~due & freed):
@@ -72,6 +73,8 @@ test_deferred_store = declare(
             "once", {"o__valid": lambda dut: dut.o.valid | (dut.waiting == 2)}, nightly=True),
         "gives other data": Control(
             "data", {"o__payload": lambda dut: dut.o.payload.as_value() ^ ((dut.waiting == 1) << 1)}, nightly=True),
+        "says too early that all have left": Control(
+            "releases", {"releases": lambda dut: dut.i_release.valid | dut.o.valid}),
         "keeps an item": Control("bound", {"o__valid": lambda dut: dut.o.valid & (dut.waiting != 2)}, nightly=True),
         "counts wrongly": Control(
             "count", {"waiting": lambda dut: dut.waiting + (dut.i.valid & dut.o.valid)}, nightly=True),

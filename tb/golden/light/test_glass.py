@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from golden.cast.grid import Grid
+from golden.cast.rays import Rays
 from golden.frustum import Hemisphere
 from golden.light.analytic import point_to_polygon
 from golden.light.form_factors import hemisphere_sums
@@ -102,6 +103,24 @@ def test_a_sheet_throws_what_it_mirrors():
     # The place itself is not seen: some of what is mirrored straight back.
     assert factors[2] == pytest.approx(mean, rel=0.01)
     assert factors[1] == pytest.approx(0.1, rel=0.01)
+
+
+def test_what_rays_do_depends_on_no_others_and_of_mirrored_ones_all_goes_on():
+    draw = np.random.default_rng(5)
+    scene = scene_of((FLOOR, BLACK), (WIDE, PANE), (lifted(-30), BODY), (lifted(-40), SILVER))
+    rays = Rays(draw.uniform(-1, 1, (60, 3)) * (9, 9, 50), draw.normal(size=(60, 3)), source=np.full(60, -1))
+    caster, glass = Grid(scene), Glass(scene)
+    rays = rays[caster.nearest(rays).patch >= 0]
+    hits, clear, mirrored = caster.nearest(rays), ClearRays(scene, glass, caster, 0), np.arange(len(rays)) % 3 == 0
+    cosine = np.abs(np.einsum("kj,kj->k", rays.direction, scene.normals[hits.patch]))
+    cosine /= np.linalg.norm(rays.direction, axis=1)
+    passed, thrown = (share(hits.patch, cosine)[:, 0] for share in (glass.passed, glass.thrown))
+    is_sheet, weight = hits.patch == 1, np.full(len(rays), 1 << 20)
+    assert 5 < (mirrored & is_sheet).sum() < is_sheet.sum() - 5
+    np.testing.assert_array_equal(clear.passed(rays, hits, weight, mirrored), np.rint(
+        weight * (passed + np.where(mirrored & is_sheet, thrown, 0))))
+    np.testing.assert_array_equal(clear.thrown(rays, hits, weight, mirrored)[is_sheet], np.rint(
+        weight * np.where(mirrored, 0, thrown))[is_sheet])
 
 
 def test_sheets_diffuse_what_they_mirror_of_lights_without_an_area():
