@@ -21,5 +21,6 @@ def main():
 
 
 for _command in (show_config, export_stimulus, cast_command(), schedule_command, image_command, list_scenes, export,
-                 intersect, formfactors_command(), exchange_command, render_command()):
+                 intersect, formfactors_command(), exchange_command,
+                 render_command(method="shelling", quality="sketch", size="256x256")):
     main.add_command(_command)

@@ -6,6 +6,7 @@ A test compares every list with the registry that it names.
 __all__ = [
            "CURVES",
            "EXPORT_SUFFIXES",
+           "FIXED_METHODS",
            "FRUSTUM_METHODS",
            "GATHER_ASSIGNMENTS",
            "GATHER_COMPLETIONS",
@@ -33,9 +34,10 @@ __all__ = [
 
 PRESETS = ("tiny", "small", "paper", "thesis", "large")
 TOPOLOGIES = ("mesh", "torus", "ring", "illiac", "hypercube")
-# Methods that cast any rays, and those that cast frusta for the renderer.
+# Methods that cast any rays, those in fixed point, and all that cast frusta for the renderer.
 RAY_METHODS = ("grid", "naive", "embree")
-FRUSTUM_METHODS = (*RAY_METHODS, "shelling", "naive-fixed")
+FIXED_METHODS = ("shelling", "naive-fixed")
+FRUSTUM_METHODS = (*RAY_METHODS, *FIXED_METHODS)
 # Units of length of a scene.
 LENGTH_UNITS = ("m", "mm", "cm", "km", "in", "ft")
 # Methods of `cast`, and what it compares their hits with.

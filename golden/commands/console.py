@@ -43,6 +43,11 @@ class Console:
         if self.verbose and not self.quiet:
             click.echo(text, err=True)
 
+    def announce(self, text: str) -> None:
+        """Say what is about to be done that takes long; on stderr, but with ``--quiet``."""
+        if not self.quiet:
+            click.echo(text, err=True)
+
     def warn(self, text: str) -> None:
         """Print a warning of one line."""
         click.echo("warning: " + " ".join(text.split()), err=True)

@@ -5,7 +5,7 @@ from contextlib import nullcontext
 import click
 
 from golden.commands.casting_method import CastingMethod, add_options, method_option, options_of
-from golden.commands.choices import CURVES, FRUSTUM_METHODS, SOLVERS
+from golden.commands.choices import CURVES, FIXED_METHODS, FRUSTUM_METHODS, SOLVERS
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.daylight_options import DAYLIGHT, DAYLIGHT_NAMED, daylight_of
@@ -22,28 +22,31 @@ from golden.commands.parameters import (
     WholePair,
 )
 from golden.commands.photometric_options import PHOTOMETRIC, PHOTOMETRIC_NAMES
-from golden.commands.quality_options import QUALITY
+from golden.commands.quality_options import quality_options
 from golden.commands.workers import WORKERS, worker_pool
+from golden.plural import counted
 
 __all__ = ["render_command"]
 
 # The frusta among the rays of an image, which a method casts; it leaves the other kinds to the grid.
 _FRUSTA = ("hemisphere", "primary")
 _NAMED = {"Samples": "--spp", "Width": "--size", "Height": "--size", "Size": "--size", "Size times samples": "--size",
-          "Light samples": "--light-samples", "Depth": "--depth", "Seed": "--seed", "Jobs": "--jobs",
+          "Light samples": "--light-samples", "Depth": "--depth", "Elements": "--elements", "Seed": "--seed",
+          "Jobs": "--jobs",
           "Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Field of view": "--fov",
           "Target": "--target", "Up": "--up", "Zenith": "--zenith", "Clusters": "--clusters",
           "Sensor table": "--sensor-table", "Decades": "--decades", **DAYLIGHT_NAMED}
 
 
-def render_command(*methods: CastingMethod) -> click.Command:
-    """The command, with methods that another package adds."""
+def render_command(*methods: CastingMethod, method: str = "grid", quality: str = "normal",
+                   size: str = "512x512") -> click.Command:
+    """The command, with methods that another package adds, and defaults of some options."""
     @click.command("render", cls=Task, named=_NAMED, short_help="Make an image of SCENE.", epilog=SCENE_HELP)
     @SCENE
     @click.option("-o", "--output", type=FILE, required=True, multiple=True,
                   help="Write the image to this .png (as a display shows it) or .exr (linear radiance). May be "
                        "repeated.")
-    @click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="Set the size of the image in "
+    @click.option("--size", type=WholePair("WIDTHxHEIGHT"), default=size, help="Set the size of the image in "
                   "pixels.")
     @click.option("--eye", type=Numbers(), help="Set the position of the camera.  [default: the scene's view, or one "
                   "of all "
@@ -56,7 +59,7 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @click.option("--luminaire", type=(FILE, Place()), multiple=True, metavar="FILE X,Y,Z[,TURN]",
                   help="Hang the luminaire of this .ies (LM-63) or .ldt (EULUMDAT) at a point, its C0 turned by TURN "
                   "degrees from x. May be repeated.")
-    @add_options(QUALITY)
+    @add_options(quality_options(quality))
     @click.option("--spp", "samples", type=int, default=4, help="Set the number of primary rays per pixel: 1, 4, 9, "
                   "16 ... 1024.")
     @click.option("--light-samples", type=int, default=2, help="Set the number of shadow rays to area lights per "
@@ -68,10 +71,11 @@ def render_command(*methods: CastingMethod) -> click.Command:
                   "number of elements]")
     @click.option("--solver", type=click.Choice(SOLVERS), default="conjugate-gradient", metavar="NAME",
                   help=f"Choose the solver of the radiosity system: {', '.join(SOLVERS)}.")
-    @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.  [default: the square "
-                  "root of a 3000th of the scene's area]")
+    @click.option("--elements", type=int, default=3000, help="Set about how many elements the first pass has, unless "
+                  "the scene is finer.")
+    @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.  [default: by --elements]")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
-    @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how frusta, hemispheres and primary rays, "
+    @method_option(FRUSTUM_METHODS, methods, default=method, about="Choose how frusta, hemispheres and primary rays, "
                    "are cast.")
     @METHOD_CELL
     @add_options(option for method in methods for option in method.options)
@@ -88,8 +92,8 @@ def render_command(*methods: CastingMethod) -> click.Command:
     @click.option("--heatmap", type=FILE, metavar="PREFIX", help="Write the tests and the cell steps of each pixel to "
                   "PREFIX-tests.png and PREFIX-steps.png.")
     @add_options(PHOTOMETRIC)
-    def render_image(scene, output, size, samples, light_samples, depth, rays, solver, max_edge, max_area, method, cell,
-                     jobs, workers, seed, stats, heatmap, **given):
+    def render_image(scene, output, size, samples, light_samples, depth, rays, solver, elements, max_edge, max_area,
+                     method, cell, jobs, workers, seed, stats, heatmap, **given):
         """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
         chosen, options = options_of(methods, method, given)
         daylight = daylight_of(given)
@@ -101,8 +105,9 @@ def render_command(*methods: CastingMethod) -> click.Command:
 
         # Another package's method casts shelling's frusta.
         settings = RenderSettings(width=size[0], height=size[1], samples=samples, light_samples=light_samples,
-                                  depth=depth, rays=rays, solver=solver, max_edge=max_edge, max_area=max_area,
-                                  method="shelling" if chosen else method, cell=cell, jobs=jobs, seed=seed)
+                                  depth=depth, rays=rays, solver=solver, elements=elements, max_edge=max_edge,
+                                  max_area=max_area, method="shelling" if chosen else method, cell=cell, jobs=jobs,
+                                  seed=seed)
         photometry = Photometry(**{name: given[name] for name in PHOTOMETRIC_NAMES})
         files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry, bits=int(given["bits"]),
                             **{name: given[name] for name in ("exposure", "tone", "gamma")})
@@ -114,8 +119,14 @@ def render_command(*methods: CastingMethod) -> click.Command:
 
         def caster(opened):
             return chosen.frusta(opened, cell=cell, **options) if chosen else nullcontext()
+
+        def estimate(hemispheres, seconds):
+            # What is cast in numpy takes long enough to be announced.
+            console().announce(f"{method}: {counted(hemispheres, 'hemisphere')} at most, about "
+                               f"{max(1, round(hemispheres * seconds))} s; then the image")
         with pool as opened:
             report, text = render_scene(scene, view, settings, files, method=method, caster=caster, frusta=_FRUSTA,
-                                        workers=opened, progress=console().progress)
+                                        workers=opened, progress=console().progress,
+                                        estimate=estimate if method in FIXED_METHODS else None)
         console().report(report, text)
     return render_image

@@ -1,5 +1,7 @@
 """Pass 1: the indirect light of a scene, by radiosity."""
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +31,8 @@ LEAST_LEFT = 0.01
 # Adaptive refinement: elements whose corners differ by more than this share of the scene's mean are cut CUTS times
 # along each side; at most one element in EVERY.
 CONTRAST, CUTS, EVERY = 0.05, 4, 20
+# Nodes whose hemispheres are timed for an estimate.
+TIMED = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,7 +94,8 @@ class IndirectLight:
 
 def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: Tally, *, hemisphere: Hemisphere,
                    solver: str, light_samples: int, seed: int, spread: Spread = in_turn,
-                   progress: bool = False) -> IndirectLight:
+                   progress: bool = False,
+                   estimate: Callable[[int, float], None] | None = None) -> IndirectLight:
     """Solve the radiosity system of a scene's elements for the light that they reflect.
 
     The light sources are not part of the system: shadow rays sample their irradiance at an element, and its reflection
@@ -119,12 +124,20 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         Casts spans of the hemispheres. Default: one after the other.
     progress
         Shows a progress bar after two seconds.
+    estimate
+        Is called with the number of nodes, at most, and the seconds that the hemispheres of one take, before they are
+        cast.
 
     Source: Shen 1993, section 2.4.
     """
     elements = Elements(scene, refinement)
     glass = Glass(scene)
     rows = NodeRows(scene, elements, glass, frusta=frusta, caster=caster, tally=tally, progress=progress)
+    if estimate:
+        # Adaptive refinement cuts some elements, each into a sheet of nodes of its own.
+        most = len(elements.lattice.nodes[0]) + len(elements) // EVERY * (CUTS + 1)**2
+        uncounted = NodeRows(scene, elements, glass, frusta=frusta, caster=caster, tally=Tally())
+        estimate(most, _seconds_each(uncounted, elements.lattice.nodes, hemisphere))
     with tally.stage("form factors"):
         nodes = rows.cast(*elements.lattice.nodes, hemisphere, spread)
         mean = _mean_of_open(elements.of_corners, nodes.buried)
@@ -158,6 +171,15 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
                          radiosity=scene.channels("emission")[elements.patch] + np.where(
                              glass.mirrors[elements.patch][:, None], shares * received, solution.display), rows=rows,
                          solution=solution, has_buried=bool(nodes.buried.any()))
+
+
+def _seconds_each(rows, nodes, hemisphere):
+    """How long the hemispheres of a node take: the mean of some nodes evenly spread, after one that compiles."""
+    numbers = np.linspace(0, len(nodes[0]) - 1, TIMED + 1, dtype=int)
+    rows.cast(*(part[numbers[:1]] for part in nodes), hemisphere)
+    begin = time.perf_counter()
+    rows.cast(*(part[numbers[1:]] for part in nodes), hemisphere)
+    return (time.perf_counter() - begin) / TIMED
 
 
 def _shares(scene, elements):

@@ -1,5 +1,6 @@
 """The picture of a scene in two passes: indirect light by radiosity, all else by ray tracing."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from math import isqrt
@@ -38,8 +39,6 @@ __all__ = ["RenderResult", "RenderSettings", "render"]
 BATCH = 1 << 16
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
-# The scene's area over that of the default refinement's largest square.
-ELEMENTS = 3000
 # Grids of the hemispheres of elements and of sensors (azimuths and polars), and rays within which they stay if one can.
 ELEMENT_GRIDS, ELEMENT_RAYS = ((256, 64), (128, 32), (64, 16), (32, 16)), 6_000_000
 SENSOR_GRIDS, SENSOR_RAYS = ((1024, 256), (512, 128), (256, 64)), 12_000_000
@@ -65,9 +64,11 @@ class RenderSettings:
         Most reflections and refractions of a ray, 0 to 64.
     rays
         (azimuths, polars) of a radiosity hemisphere. Default: 32 x 16 to 256 x 64, within 6 million rays if they can.
+    elements
+        The scene's area over that of the largest square element of pass 1, 1 to 10^6. Flat scenes get about so many.
     max_edge, max_area
-        Largest element of pass 1 in (squared) scene units. Default: edges of at most the square root of a
-        3000th of the scene's area.
+        Largest element of pass 1 in (squared) scene units. Default: edges of at most the square root of the scene's
+        area over ``elements``.
     solver
         A name of `golden.light.solvers.SOLVERS`.
     method
@@ -92,6 +93,7 @@ class RenderSettings:
     light_samples: int = 2
     depth: int = 6
     rays: tuple[int, int] | None = None
+    elements: int = 3000
     max_edge: float | None = None
     max_area: float | None = None
     solver: str = "conjugate-gradient"
@@ -102,7 +104,7 @@ class RenderSettings:
 
     def __post_init__(self):
         limits = {"width": (1, 16384), "height": (1, 16384), "samples": (1, 1024), "light_samples": (1, 1024),
-                  "depth": (0, 64), "seed": (0, 2**63 - 1)}
+                  "depth": (0, 64), "elements": (1, 10**6), "seed": (0, 2**63 - 1)}
         for name, (low, high) in limits.items():
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
@@ -158,7 +160,8 @@ class RenderResult:
 
 
 def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: Sensors | None = None,
-           with_received: bool = False, frusta=None, workers=None, progress: bool = False) -> RenderResult:
+           with_received: bool = False, frusta=None, workers=None, progress: bool = False,
+           estimate: Callable[[int, float], None] | None = None) -> RenderResult:
     """Render a scene.
 
     Parameters
@@ -179,6 +182,8 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
         A `golden.workers.pool.WorkerPool` that casts the hemispheres of elements and the rays of pixels. Default: none.
     progress
         Shows progress bars for steps of more than two seconds.
+    estimate
+        See `golden.light.indirect.indirect_light`.
 
     Raises
     ------
@@ -206,7 +211,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), ELEMENT_GRIDS, ELEMENT_RAYS)))
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
                               light_samples=ELEMENT_SAMPLES * settings.light_samples, seed=settings.seed,
-                              spread=spread, progress=progress)
+                              spread=spread, progress=progress, estimate=estimate)
     measured = None
     if sensors is not None:
         with tally.stage("sensors"):
@@ -229,7 +234,7 @@ def _refinement(scene, settings, caster) -> Refinement:
     pairs = NearPairs(scene, caster)
     bounds = {"max_edge": settings.max_edge, "max_area": settings.max_area}
     if settings.max_edge is None and settings.max_area is None:
-        bounds["max_edge"] = float(np.sqrt(scene.areas.sum() / ELEMENTS))
+        bounds["max_edge"] = float(np.sqrt(scene.areas.sum() / settings.elements))
     refinement = refine(scene, **bounds, finer=partial(near_knots, scene, pairs))
     warn_of_tiny_patches(scene, caster.least)
     warn_of_flush_lights(scene)

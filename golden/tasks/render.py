@@ -150,8 +150,8 @@ class RenderFiles:
 
 
 def render_scene(scene: str, view: View, settings: RenderSettings, files: RenderFiles, *, method: str,
-                 caster: Callable, frusta: tuple[str, ...] = (), workers=None,
-                 progress: bool = False) -> tuple[dict, str]:
+                 caster: Callable, frusta: tuple[str, ...] = (), workers=None, progress: bool = False,
+                 estimate: Callable[[int, float], None] | None = None) -> tuple[dict, str]:
     """Render a scene and write its files.
 
     Parameters
@@ -167,7 +167,7 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
         None for that of the settings.
     frusta
         The kinds of rays that such a caster casts.
-    workers, progress
+    workers, progress, estimate
         See `golden.light.two_pass.render`.
 
     Returns
@@ -186,7 +186,7 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     camera = view.camera(opened)
     with caster(opened) as cast:
         result = render(opened, camera=camera, settings=settings, frusta=cast, workers=workers, progress=progress,
-                        sensors=sensors, with_received=files.photometry.false_colour is not None)
+                        sensors=sensors, with_received=files.photometry.false_colour is not None, estimate=estimate)
     zenith = zenith_line(scene, opened, is_given=view.zenith is not None,
                          facing=None if sensors is None else sensors.normal)
     stats, text = {**result.stats, "zenith": list(map(float, opened.up))}, f"{summary(result.stats)}\n{zenith}"

@@ -39,7 +39,7 @@ FOREIGN = ("source", "git", "apt-get", "openFPGALoader", "stty")
 # What takes longer than a commit's tests may: a simulator's build, place and route, images, simulated machines, of
 # which tb/radiosity has smaller ones; or reads what this writes.
 SLOW = re.compile(r"--method machine|--manifest|radiosity (render|formfactors (?!furnace)|verilog|board|report|machine)"
-                  r"|-m hw (report|verilog|board)")
+                  r"|-m golden render|-m hw (report|verilog|board)")
 # Benchmarks: the nightly runs each once and compares the tables of all pages.
 BENCHMARK = re.compile(r"radiosity bench \w")
 # Place and route of whole blocks and of the board, which take hours: they run here without the tools of synthesis.

@@ -19,7 +19,7 @@ from golden.commands.command_line import command_line
 from golden.image import read_exr
 from golden.scene.builtin import BUILTIN
 
-FAST = ("--size", "12x8", "--spp", "1", "--light-samples", "1", "--depth", "1", "--rays", "16x4")
+FAST = ("--size", "12x8", "--spp", "1", "--light-samples", "1", "--depth", "1", "--rays", "16x4", "--method", "grid")
 # With patches that are not cut.
 COARSE = (*FAST, "--max-edge", "1000")
 
@@ -170,7 +170,7 @@ BAD = {
     "gamma of zero": ({}, (*RENDER, "--gamma", "0"), "--gamma"),
     "sky of two numbers": ({}, (*RENDER, "--sky", "1,1"), "--sky"),
     "dark sky below zero": ({}, (*RENDER, "--sky", "0,-1,0"), "--sky"),
-    "unknown quality": ({}, (*RENDER, "--quality", "best"), "'best' is not one of 'draft', 'normal', 'high'"),
+    "unknown quality": ({}, (*RENDER, "--quality", "best"), "'best' is not one of 'sketch', 'draft', 'normal', 'high'"),
     "two qualities": ({}, (*RENDER, "--quick", "--quality", "high"), "--quick and --quality exclude each other"),
     "quick view factors": ({}, (*FACTORS, "-o", "F.npz", "--quick"), "'--quick'"),
     "unknown sky": ({}, (*RENDER, "--sky", "blue"), "--sky"),
@@ -578,14 +578,15 @@ def test_render_has_a_sky(folder):
 
 
 @pytest.mark.parametrize(("words", "values"), [
-    ((), (4, 2, 6, [256, 64])), (("--quick",), (1, 4, 2, [32, 8])), (("--quality", "draft"), (1, 4, 2, [32, 8])),
-    (("--quality", "normal"), (4, 2, 6, [256, 64])), (("--quality", "high"), (16, 64, 6, [256, 64])),
-    (("--spp", "9", "--quick", "--rays", "16x4"), (9, 4, 2, [16, 4]))])
+    ((), (4, 4, 2, [32, 8], 300)), (("--quick",), (1, 4, 2, [32, 8], 3000)),
+    (("--quality", "draft"), (1, 4, 2, [32, 8], 3000)), (("--quality", "normal"), (4, 2, 6, [256, 64], 3000)),
+    (("--quality", "high"), (16, 64, 6, [256, 64], 3000)),
+    (("--spp", "9", "--quick", "--rays", "16x4", "--elements", "7"), (9, 4, 2, [16, 4], 7))])
 @pytest.mark.usefixtures("folder")
 def test_a_quality_is_for_the_options_that_are_not_given(words, values):
-    settings = json.loads(succeed("render", "furnace:1", "-o", "a.png", "--size", "2x2", "--max-edge", "9", *words,
-                                  "--json"))["settings"]
-    assert tuple(settings[name] for name in ("samples", "light_samples", "depth", "rays")) == values
+    settings = json.loads(succeed("render", "furnace:1", "-o", "a.png", "--size", "2x2", "--max-edge", "9", "--method",
+                                  "grid", *words, "--json"))["settings"]
+    assert tuple(settings[name] for name in ("samples", "light_samples", "depth", "rays", "elements")) == values
 
 
 def test_a_luminaire_lights_a_floor(folder):

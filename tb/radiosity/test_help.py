@@ -156,12 +156,6 @@ def test_help_says_how_long_benchmarks_take():
     assert "Minutes of processor time: " in radiosity.cli.main.commands["bench"].help
 
 
-def test_the_default_edge_is_a_length():
-    """A single square becomes 6050 elements."""
-    edge, = (one for one in golden.cli.main.commands["render"].params if "--max-edge" in one.opts)
-    assert edge.help.endswith("[default: the square root of a 3000th of the scene's area]")
-
-
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_every_command_has_the_shared_options(words):
     group, *names = words
@@ -184,6 +178,7 @@ def test_names_are_those_of_the_registries():
     assert tuple(PRESETS) == choices.PRESETS
     assert tuple(TOPOLOGIES) == choices.TOPOLOGIES
     assert tuple(methods.RAY_METHODS) == choices.RAY_METHODS
+    assert tuple(methods.FIXED_METHODS) == choices.FIXED_METHODS
     assert tuple(methods.FRUSTUM_METHODS) == choices.FRUSTUM_METHODS
     assert tuple(SOLVERS) == choices.SOLVERS
     assert tuple(CURVES) == choices.CURVES
@@ -204,10 +199,10 @@ def test_names_are_those_of_the_registries():
 
 
 def test_defaults_are_those_of_the_renderer():
-    defaults = {parameter.name: parameter.default for parameter in golden.cli.main.commands["render"].params}
+    defaults = {parameter.name: parameter.default for parameter in radiosity.cli.main.commands["render"].params}
     settings = RenderSettings()
     assert defaults["size"] == f"{settings.width}x{settings.height}"
-    for name in "samples", "light_samples", "depth", "solver", "method", "seed":
+    for name in "samples", "light_samples", "depth", "solver", "elements", "method", "seed":
         assert defaults[name] == getattr(settings, name), name
     assert defaults["efficacy"] == EFFICACY
 

@@ -8,6 +8,7 @@ from PIL import Image
 from golden.errors import InputError
 from golden.light import form_factors, two_pass
 from golden.light.direct import DirectLight
+from golden.light.indirect import CUTS, EVERY
 from golden.light.tone import luminance
 from golden.light.two_pass import FAINT, RenderSettings, render
 from golden.scene.appearance import from_srgb
@@ -385,6 +386,18 @@ def test_stats_have_what_was_promised_and_add_up(room, image_of_room):
     assert stats["solver"]["converged"]
 
 
+def test_an_estimate_bounds_the_hemispheres_and_counts_none(room, image_of_room):
+    estimates = []
+    result = render(room, camera=room.camera, settings=RenderSettings(**(SMALL | ROOM)),
+                    estimate=lambda *values: estimates.append(values))
+    assert result.stats["rays"] == image_of_room.stats["rays"]
+    (most, seconds), = estimates
+    cut = len(result.indirect.elements) // EVERY
+    assert most - len(result.indirect.irradiance) == (CUTS + 1)**2 * cut
+    assert result.indirect.nodes <= most
+    assert seconds > 0
+
+
 def test_heat_maps_hold_every_test_and_step_of_the_picture(image_of_room):
     for name in ("tests", "steps"):
         heat = getattr(image_of_room, name)
@@ -394,9 +407,8 @@ def test_heat_maps_hold_every_test_and_step_of_the_picture(image_of_room):
                                  for kind in ("primary", "reflection", "refraction"))
 
 
-def test_default_elements_and_rays_are_about_as_many_as_aimed_at(monkeypatch):
-    monkeypatch.setattr(two_pass, "ELEMENTS", 90)
-    result = picture(furnace(1), width=2, height=2, max_edge=None, light_samples=1)
+def test_default_elements_and_rays_are_about_as_many_as_aimed_at():
+    result = picture(furnace(1), width=2, height=2, elements=90, max_edge=None, light_samples=1)
     assert result.stats["elements"] == 6 * 4 * 4
     result = picture(furnace(1), width=2, height=2, rays=None, light_samples=1)
     assert result.stats["settings"]["rays"] == [256, 64]
