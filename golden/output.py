@@ -57,9 +57,11 @@ def check_inputs_stay(*inputs: str | Path, outputs: Iterable[Path | None]) -> No
     """
     for output in outputs:
         for source in inputs:
+            is_same = False
             with suppress(OSError, ValueError):  # one of them does not exist
-                if output is not None and os.path.samefile(source, output):
-                    raise InputError(f"output {str(output)!r}: it is the input")
+                is_same = output is not None and os.path.samefile(source, output)
+            if is_same:
+                raise InputError(f"output {str(output)!r}: it is the input")
 
 
 @contextmanager

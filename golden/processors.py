@@ -38,7 +38,7 @@ def threads_of(jobs: int | None) -> int:
     if jobs is None:
         return min(processors(), MOST_JOBS)
     if isinstance(jobs, bool) or not isinstance(jobs, Integral) or not 1 <= jobs <= MOST_JOBS:
-        raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}")
+        raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}", parameter="jobs")
     return int(jobs)
 
 

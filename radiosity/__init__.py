@@ -1,1 +1,73 @@
-"""The command ``radiosity``: composes the golden model, the hardware and the simulated machine. Nothing imports it."""
+"""Radiosity Engine: pictures, view factors and rays in Python, the simulated machine and its hardware.
+
+The names of ``__all__`` are the public interface, described in docs/python.md; a module is imported when a name of it
+is first used. All other modules may change with any version.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from golden.cast.rays import Hits as Hits
+    from golden.cast.rays import Rays as Rays
+    from golden.errors import InputError as InputError
+    from golden.errors import InputWarning as InputWarning
+    from golden.light.factors.exchange import Exchange as Exchange
+    from golden.light.factors.interface import view_factors as view_factors
+    from golden.light.factors.view_factors import ViewFactors as ViewFactors
+    from golden.light.photometry.sensors import Sensors as Sensors
+    from golden.light.render_statistics import RenderStatistics as RenderStatistics
+    from golden.light.two_pass import RenderResult as RenderResult
+    from golden.scene.camera import Camera as Camera
+    from golden.scene.lights import DirectionalLight as DirectionalLight
+    from golden.scene.lights import PointLight as PointLight
+    from golden.scene.material import Material as Material
+    from golden.scene.scene import Scene as Scene
+    from radiosity.api.cast import cast as cast
+    from radiosity.api.lights import luminaire as luminaire
+    from radiosity.api.lights import sky as sky
+    from radiosity.api.load import load as load
+    from radiosity.api.render import render as render
+
+    __version__: str
+
+# The module of each public name.
+_MODULES = {
+    "Camera": "golden.scene.camera",
+    "DirectionalLight": "golden.scene.lights",
+    "Exchange": "golden.light.factors.exchange",
+    "Hits": "golden.cast.rays",
+    "InputError": "golden.errors",
+    "InputWarning": "golden.errors",
+    "Material": "golden.scene.material",
+    "PointLight": "golden.scene.lights",
+    "Rays": "golden.cast.rays",
+    "RenderResult": "golden.light.two_pass",
+    "RenderStatistics": "golden.light.render_statistics",
+    "Scene": "golden.scene.scene",
+    "Sensors": "golden.light.photometry.sensors",
+    "ViewFactors": "golden.light.factors.view_factors",
+    "cast": "radiosity.api.cast",
+    "load": "radiosity.api.load",
+    "luminaire": "radiosity.api.lights",
+    "render": "radiosity.api.render",
+    "sky": "radiosity.api.lights",
+    "view_factors": "golden.light.factors.interface",
+}
+
+__all__ = [*_MODULES, "__version__"]
+
+
+def __getattr__(name: str) -> object:
+    if name == "__version__":
+        from golden.package_version import package_version
+
+        return package_version()
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value = getattr(import_module(_MODULES[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -159,4 +159,4 @@ class EngineMachine:
 
 def _check(name, value, most):
     if not 1 <= value <= most or value & (value - 1):
-        raise InputError(f"machine: {name} must be a power of two up to {most}, not {value!r}")
+        raise InputError(f"machine: {name} must be a power of two up to {most}, not {value!r}", parameter=name)

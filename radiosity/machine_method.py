@@ -69,7 +69,8 @@ class MachineMethod(CastingMethod):
         check_outputs(waves, suffixes=(".vcd",))
         check_outputs(table, suffixes=(".csv",))
         if clusters is not None and (not 1 <= clusters <= _MOST_CLUSTERS or clusters & (clusters - 1)):
-            raise InputError(f"machine: Clusters must be a power of two up to {_MOST_CLUSTERS}, not {clusters}")
+            raise InputError(f"machine: Clusters must be a power of two up to {_MOST_CLUSTERS}, not {clusters}",
+                             parameter="clusters")
         most = 1 << self._config(self._given(**options), clusters=clusters, **options).icu.side_bits
         if max(frustum) > most:
             raise InputError(f"machine: A frustum must have at most {most} columns and rows of rays (icu.side_bits), "

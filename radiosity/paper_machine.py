@@ -156,7 +156,8 @@ class PaperMachine:
 
     def __init__(self, spec: PaperSpec, config: Config, *, nodes: int, units: int | None = None, latency: int = 10):
         if not 1 <= nodes <= MOST_NODES or nodes & (nodes - 1):
-            raise InputError(f"machine: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}")
+            raise InputError(f"machine: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}",
+                             parameter="nodes")
         self._spec, self._config, self._nodes, self._latency = spec, config, nodes, latency
         self._units = 2 * nodes if units is None else units
         self._scene = open_scene(spec.scene)

@@ -1,6 +1,5 @@
 """Casting methods by name."""
 
-from golden.cast.fixed_frusta import NaiveFixedFrusta, ShellingFrusta
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.ray_caster import RayCaster
@@ -17,10 +16,22 @@ def _embree(scene):
     return Embree(scene)
 
 
+def _shelling(scene, cell=None):
+    from golden.cast.fixed_frusta import ShellingFrusta
+
+    return ShellingFrusta(scene, cell)
+
+
+def _naive_fixed(scene):
+    from golden.cast.fixed_frusta import NaiveFixedFrusta
+
+    return NaiveFixedFrusta(scene)
+
+
 # Methods that cast any rays; methods in fixed point, which cast frusta only; all that cast frusta.
 # "naive" is brute force in float64, "naive-fixed" brute force in fixed point; "embree" casts in single precision.
 RAY_METHODS = {"grid": Grid, "naive": Naive, "embree": _embree}
-FIXED_METHODS = {"shelling": ShellingFrusta, "naive-fixed": NaiveFixedFrusta}
+FIXED_METHODS = {"shelling": _shelling, "naive-fixed": _naive_fixed}
 FRUSTUM_METHODS = RAY_METHODS | FIXED_METHODS
 
 
@@ -60,4 +71,4 @@ def frustum_caster(scene: Scene, method: str, *, cell: float | None = None, jobs
     threads_of(jobs)
     if method in RAY_METHODS:
         return ray_caster(scene, method, cell=cell, jobs=jobs, progress=progress)
-    return ShellingFrusta(scene, cell) if method == "shelling" else FRUSTUM_METHODS[method](scene)
+    return _shelling(scene, cell) if method == "shelling" else FRUSTUM_METHODS[method](scene)

@@ -34,10 +34,10 @@ def read_rays(path: Path) -> tuple[Rays, bool]:
         raise InputError(f"{str(path)!r}: rays: cannot be read ({error.strerror or error})") from error
     except zipfile.BadZipFile as error:
         raise InputError(f"{str(path)!r}: rays: the file is damaged ({error})") from error
-    except (ValueError, EOFError) as error:
-        raise InputError(f"{str(path)!r}: rays: not an archive of numbers") from error
     except InputError as error:
         raise InputError(f"{str(path)!r}: {error}") from error
+    except (ValueError, EOFError) as error:
+        raise InputError(f"{str(path)!r}: rays: not an archive of numbers") from error
 
 
 def _arrays(archive) -> dict[str, np.ndarray]:
@@ -48,7 +48,7 @@ def _arrays(archive) -> dict[str, np.ndarray]:
             raise InputError(f"rays: there must be an array {name!r}, not only {archive.files!r}")
     for name, value in arrays.items():
         if value.dtype.kind not in "fiu":
-            raise InputError(f"rays: {name.capitalize()} must hold real numbers, not {value.dtype}")
+            raise InputError(f"rays: {name.capitalize()} must hold real numbers, not {value.dtype}", parameter=name)
     return arrays
 
 

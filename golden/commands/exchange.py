@@ -9,7 +9,7 @@ from golden.commands.parameters import FILE
 __all__ = ["exchange_command"]
 
 
-@click.command("exchange", cls=Task, named={"Sky temperature": "--sky-temperature"},
+@click.command("exchange", cls=Task, named={"sky_temperature": "--sky-temperature"},
                short_help="Compute net radiative heat fluxes.")
 @click.argument("factors", type=FILE)
 @click.argument("table", type=FILE)

@@ -15,9 +15,9 @@ from golden.commands.workers import WORKERS, worker_pool
 
 __all__ = ["formfactors_command"]
 
-_NAMED = {"Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Clusters": "--clusters",
-          "Error": "--error", "Sky error": "--sky-error", "Seed": "--seed", "Jobs": "--jobs",
-          "Zenith": "--zenith"}
+_NAMED = {"azimuths": "--rays", "polars": "--rays", "cell": "--cell", "clusters": "--clusters",
+          "error": "--error", "sky_error": "--sky-error", "seed": "--seed", "jobs": "--jobs",
+          "zenith": "--zenith"}
 _TASK = *FACTOR_OUTPUT_NAMES, "zenith", "facets", "unit", "max_edge", "max_area"
 """The options that the task takes as they are."""
 

@@ -11,8 +11,8 @@ from golden.commands.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE
 
 __all__ = ["image_command"]
 
-_NAMED = {"Patch": "--patch", "Normal": "--normal", "Azimuths": "--rays", "Polars": "--rays", "Width": "--screen",
-          "Height": "--screen", "Cell size": "--cell"}
+_NAMED = {"patch": "--patch", "normal": "--normal", "azimuths": "--rays", "polars": "--rays", "width": "--screen",
+          "height": "--screen", "cell": "--cell"}
 
 
 class _Address(click.ParamType):

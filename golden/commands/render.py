@@ -30,12 +30,11 @@ __all__ = ["render_command"]
 
 # The frusta among the rays of an image, which a method casts; it leaves the other kinds to the grid.
 _FRUSTA = ("hemisphere", "primary")
-_NAMED = {"Samples": "--spp", "Width": "--size", "Height": "--size", "Size": "--size", "Size times samples": "--size",
-          "Light samples": "--light-samples", "Depth": "--depth", "Elements": "--elements", "Seed": "--seed",
-          "Jobs": "--jobs",
-          "Azimuths": "--rays", "Polars": "--rays", "Cell size": "--cell", "Field of view": "--fov",
-          "Target": "--target", "Up": "--up", "Zenith": "--zenith", "Clusters": "--clusters",
-          "Sensor table": "--sensor-table", "Decades": "--decades", **DAYLIGHT_NAMED}
+_NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--size",
+          "light_samples": "--light-samples", "depth": "--depth", "elements": "--elements", "seed": "--seed",
+          "jobs": "--jobs", "azimuths": "--rays", "polars": "--rays", "cell": "--cell", "fov": "--fov",
+          "target": "--target", "up": "--up", "zenith": "--zenith", "clusters": "--clusters",
+          "sensor_table": "--sensor-table", "decades": "--decades", **DAYLIGHT_NAMED}
 
 
 def render_command(*methods: CastingMethod, method: str = "grid", quality: str = "normal",

@@ -26,7 +26,7 @@ def list_scenes():
     console().report({"scenes": rows}, "\n".join(lines))
 
 
-@click.command("scene", cls=Task, named={"Zenith": "--zenith"}, epilog=SCENE_HELP)
+@click.command("scene", cls=Task, named={"zenith": "--zenith"}, epilog=SCENE_HELP)
 @SCENE
 @click.option("-o", "--output", type=FILE, required=True,
               help=f"Write to this file; its name ends in {', '.join(EXPORT_SUFFIXES)}.")

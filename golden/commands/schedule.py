@@ -9,8 +9,8 @@ from golden.commands.parameters import ASSIGNMENTS, AZIMUTHS, CELL, FILE, PRESET
 
 __all__ = ["schedule_command"]
 
-_NAMED = {"Ratio": "--ratio", "Clusters": "--clusters", "Azimuths": "--rays", "Polars": "--rays",
-          "Cell size": "--cell", "Capacity": "--capacity", "Normal": "--normal"}
+_NAMED = {"ratio": "--ratio", "clusters": "--clusters", "azimuths": "--rays", "polars": "--rays",
+          "cell": "--cell", "capacity": "--capacity", "normal": "--normal"}
 
 
 @click.command("schedule", cls=Task, named=_NAMED, short_help="Schedule a phase of castings.", epilog=SCENE_HELP)

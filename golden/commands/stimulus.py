@@ -10,7 +10,7 @@ from golden.commands.parameters import ASSIGNMENTS, FILE, PRESET
 __all__ = ["export_stimulus"]
 
 
-@click.command("stimulus", cls=Task, named={"Count": "-n", "Seed": "--seed"},
+@click.command("stimulus", cls=Task, named={"count": "-n", "seed": "--seed"},
                short_help="Write test vectors of a block.", epilog=f"BLOCK is one of {', '.join(STIMULUS_BLOCKS)}.")
 @click.argument("block")
 @click.option("-n", "count", type=int, default=1000, help="Set the number of vectors.")

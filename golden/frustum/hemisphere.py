@@ -46,7 +46,7 @@ class Hemisphere:
             check_int(f"hemisphere: {name.capitalize()}", value)
             if not _GRID[0] <= value <= _GRID[1] or value & (value - 1):
                 raise InputError(f"hemisphere: {name.capitalize()} must be a power of two "
-                                 f"from {_GRID[0]} to {_GRID[1]}, not {value!r}")
+                                 f"from {_GRID[0]} to {_GRID[1]}, not {value!r}", parameter=name)
 
     def __len__(self) -> int:
         return self.azimuths * self.polars

@@ -134,7 +134,7 @@ def hemisphere_record(hemisphere: Hemisphere, coordinates: GCoordinates, origin,
     normal = np.asarray(normal, dtype=np.float64)
     length = np.linalg.norm(normal)
     if not np.isfinite(length) or not length > 0:
-        raise InputError(f"frustum: Normal must be finite and not zero, not {normal.tolist()!r}")
+        raise InputError(f"frustum: Normal must be finite and not zero, not {normal.tolist()!r}", parameter="normal")
     numbers = coordinates.numbers
     axes = frame(normal / length) if axes is None else np.asarray(axes, dtype=np.float64)
     encode = numbers.direction.encode

@@ -43,7 +43,8 @@ class Screen:
             value = getattr(self, name)
             check_int(f"screen: {name.capitalize()}", value)
             if not 1 <= value <= 65536:
-                raise InputError(f"screen: {name.capitalize()} must be 1 to 65536 pixels, not {value!r}")
+                raise InputError(f"screen: {name.capitalize()} must be 1 to 65536 pixels, not {value!r}",
+                                 parameter=name)
 
     def __len__(self) -> int:
         return self.width * self.height

@@ -26,7 +26,7 @@ def whole_job(requests: Sequence[PhaseRequest], config: Config, *, base: int = 0
     bits = (len(plan_job(requests, config, ring_bits=0).descriptors) - 1).bit_length()
     end, most = aligned(base) + plan_job(requests, config, ring_bits=bits).end, 1 << config.memory.address_bits
     if end > most:
-        raise InputError(f"job: Memory must end at {most:#x} (memory.address_bits), not {end:#x}")
+        raise InputError(f"job: Memory must end at {most:#x} (memory.address_bits), not {end:#x}", parameter="memory")
     return plan_job(requests, config, ring_bits=bits, base=base)
 
 

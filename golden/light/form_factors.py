@@ -182,7 +182,7 @@ def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
         The order is out of range.
     """
     if not isinstance(order, (int, np.integer)) or isinstance(order, bool) or not 1 <= order <= 16:
-        raise InputError(f"form factors: Samples must be 1 to 16 along a side, not {order!r}")
+        raise InputError(f"form factors: Samples must be 1 to 16 along a side, not {order!r}", parameter="samples")
     from scipy.special import roots_jacobi  # slow
 
     knots, gauss = leggauss(order)

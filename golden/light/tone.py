@@ -54,7 +54,7 @@ def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "
     """
     for name, value in (("Exposure", exposure), ("Gamma", gamma)):
         if value is not None and not (np.isfinite(value) and value > 0):
-            raise InputError(f"tone mapping: {name} must be a finite value above 0, not {value!r}")
+            raise InputError(f"tone mapping: {name} must be a finite value above 0, not {value!r}", parameter=name)
     if curve not in CURVES:
         raise InputError(f"tone mapping: Curve must be {' or '.join(CURVES)}, not {curve!r}")
     linear = image * (automatic_exposure(image) if exposure is None else exposure)

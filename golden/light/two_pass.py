@@ -5,28 +5,32 @@ from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from math import isqrt
 from numbers import Integral
+from pathlib import Path
 
 import numpy as np
 
-from golden.cast.fixed_frusta import MOST_ACROSS, MOST_RAYS
 from golden.cast.methods import FIXED_METHODS, FRUSTUM_METHODS, RAY_METHODS, frustum_caster
 from golden.cast.rays import Hits, Rays
 from golden.cast.shared_grid import shared_grid
 from golden.compiled import compiled
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen
+from golden.image import write_exr, write_png
 from golden.light.direct import DirectLight
 from golden.light.glass import Glass, fresnel
 from golden.light.indirect import IndirectLight, indirect_light
 from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights, warn_of_tiny_patches
 from golden.light.near_lights import NearPairs, near_knots
+from golden.light.photometry.quantities import EFFICACY, lux
 from golden.light.photometry.sensor_light import sensor_light
 from golden.light.photometry.sensors import Sensors
+from golden.light.render_statistics import RenderStatistics
 from golden.light.sampling import mix, uniform
 from golden.light.seen_points import SeenPoints
 from golden.light.solvers import SOLVERS
 from golden.light.tally import Tally
-from golden.light.tone import luminance
+from golden.light.tone import luminance, tone_map
+from golden.output import check_outputs
 from golden.progress_bar import progress_bar
 from golden.scene.camera import Camera
 from golden.scene.refine import Refinement, refine
@@ -108,21 +112,29 @@ class RenderSettings:
         for name, (low, high) in limits.items():
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
-                raise InputError(f"{name.capitalize().replace('_', ' ')} must be {low} to {high}, not {value!r}")
+                raise InputError(f"{name.capitalize().replace('_', ' ')} must be {low} to {high}, not {value!r}",
+                                 parameter=name)
             object.__setattr__(self, name, int(value))
         if self.side**2 != self.samples:
             raise InputError(f"Samples must be a square number (1, 4, 9, 16 ... 1024), not {self.samples}; the nearest "
-                             f"ones are {self.side**2} and {(self.side + 1)**2}")
+                             f"ones are {self.side**2} and {(self.side + 1)**2}", parameter="samples")
         if self.width * self.height > 2**26:
-            raise InputError(f"Size must be at most {2**26} pixels, not {self.width} x {self.height}")
+            raise InputError(f"Size must be at most {2**26} pixels, not {self.width} x {self.height}", parameter="size")
         for name, choices in (("solver", SOLVERS), ("method", FRUSTUM_METHODS)):
             if getattr(self, name) not in choices:
                 known = ", ".join(choices)
-                raise InputError(f"{name.capitalize()} must be one of {known}, not {getattr(self, name)!r}")
+                raise InputError(f"{name.capitalize()} must be one of {known}, not {getattr(self, name)!r}",
+                                 parameter=name)
+        if self.method in FIXED_METHODS:
+            self._check_fixed()
+
+    def _check_fixed(self):
+        from golden.cast.fixed_frusta import MOST_ACROSS, MOST_RAYS  # of the machine in integers
+
         rays, across = self.width * self.height * self.side**2, self.side * max(self.width, self.height)
-        if self.method in FIXED_METHODS and (rays > MOST_RAYS or across > MOST_ACROSS):
+        if rays > MOST_RAYS or across > MOST_ACROSS:
             raise InputError(f"Size times samples must be at most {MOST_RAYS} rays, {MOST_ACROSS} across, by method "
-                             f"{self.method}, not {rays}")
+                             f"{self.method}, not {rays}", parameter="size")
 
     @property
     def side(self) -> int:
@@ -130,7 +142,7 @@ class RenderSettings:
         return isqrt(self.samples)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class RenderResult:
     """A picture and its statistics.
 
@@ -157,6 +169,51 @@ class RenderResult:
     sensors: np.ndarray | None
     indirect: IndirectLight
     stats: dict
+
+    def __repr__(self) -> str:
+        height, width, _ = self.image.shape
+        return (f"<RenderResult: {width} x {height} pixels, {self.stats['total']['rays']} rays, "
+                f"{sum(self.stats['seconds'].values()):.1f} s>")
+
+    @property
+    def statistics(self) -> RenderStatistics:
+        """Counts and seconds."""
+        return RenderStatistics.of(self.stats)
+
+    def illuminance(self, efficacy: float = EFFICACY) -> np.ndarray:
+        """S float64: illuminance at the sensors in lux, for ``efficacy`` in lm/W.
+
+        Raises
+        ------
+        InputError
+            The picture was made without sensors.
+        """
+        if self.sensors is None:
+            raise InputError("render: Sensors must be given for illuminances", parameter="sensors")
+        return lux(self.sensors, efficacy)
+
+    def pixels(self, *, exposure: float | None = None, curve: str = "reinhard", gamma: float | None = None,
+               bits: int = 8) -> np.ndarray:
+        """The picture for a display, see `golden.light.tone.tone_map`."""
+        return tone_map(self.image, exposure=exposure, curve=curve, gamma=gamma, bits=bits)
+
+    def save(self, path: str | Path, *, exposure: float | None = None, curve: str = "reinhard",
+             gamma: float | None = None, bits: int = 8, efficacy: float = EFFICACY) -> None:
+        """Write a .png as a display shows it, or an .exr of linear radiance; atomically.
+
+        Parameters
+        ----------
+        exposure, curve, gamma, bits
+            See `golden.light.tone.tone_map`; of a .png.
+        efficacy
+            Luminous efficacy in lm/W, which an .exr states.
+        """
+        path = Path(path)
+        check_outputs(path, suffixes=(".png", ".exr"))
+        if path.suffix.lower() == ".exr":
+            write_exr(path, self.image, white=efficacy)
+        else:
+            write_png(path, self.pixels(exposure=exposure, curve=curve, gamma=gamma, bits=bits), gamma=gamma)
 
 
 def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: Sensors | None = None,

@@ -41,15 +41,17 @@ class Camera:
             value = tuple(float(coordinate) for coordinate in getattr(self, name))
             if len(value) != 3 or not np.all(np.abs(value) <= LARGEST):
                 raise InputError(f"camera: {name.capitalize()} must be three finite coordinates up to {LARGEST:g}, "
-                                 f"not {value!r}")
+                                 f"not {value!r}", parameter=name)
             object.__setattr__(self, name, value)
         if not np.isfinite(self.fov) or not 0 < self.fov < 180:
-            raise InputError(f"camera: Field of view must be between 0 and 180 degrees, not {self.fov!r}")
+            raise InputError(f"camera: Field of view must be between 0 and 180 degrees, not {self.fov!r}",
+                             parameter="fov")
         view = np.subtract(self.target, self.eye)
         if not np.linalg.norm(view) > 0:
-            raise InputError(f"camera: Target must be away from the eye, not at {self.eye!r} as well")
+            raise InputError(f"camera: Target must be away from the eye, not at {self.eye!r} as well",
+                             parameter="target")
         if not np.linalg.norm(np.cross(view, self.up)) > 1e-9 * np.linalg.norm(view) * np.linalg.norm(self.up):
-            raise InputError(f"camera: Up must not be zero or along the view, not {self.up!r}")
+            raise InputError(f"camera: Up must not be zero or along the view, not {self.up!r}", parameter="up")
 
     @property
     def axes(self) -> np.ndarray:

@@ -26,7 +26,8 @@ def check_cell_size(cell: float) -> None:
         It is out of range.
     """
     if not 1 / FINEST <= cell <= 1:
-        raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}")
+        raise InputError(f"Cell size must be 1/{FINEST} to 1 of the scene's longest side, not {cell!r}",
+                         parameter="cell")
 
 
 class Cells:

@@ -236,6 +236,8 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
     kind = "glb" if is_binary else "gltf"
     try:
         tree, rest = split_glb(data) if is_binary else (json.loads(data.decode("utf-8")), b"")
+    except InputError:
+        raise
     except (ValueError, RecursionError) as error:
         raise unreadable(kind.upper(), error) from error
     asset = tree.get("asset") if isinstance(tree, dict) else None

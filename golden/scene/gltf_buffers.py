@@ -81,6 +81,8 @@ class GltfBuffers:
             buffer = self._tree["buffers"][number]
             try:
                 data = self._bytes(buffer["uri"], f"buffers[{number}].uri") if "uri" in buffer else self._chunk
+            except InputError:
+                raise
             except (OSError, ValueError) as error:
                 reason = getattr(error, "strerror", None) or error
                 raise InputError(f"buffer {unquote(buffer['uri'])!r} cannot be read ({reason})") from error
@@ -165,5 +167,7 @@ class GltfBuffers:
         except FileNotFoundError:
             warn(f"there is no picture {unquote(image['uri'])!r}: {what} is not used")
             return None
+        except InputError:
+            raise
         except (OSError, ValueError, Image.DecompressionBombError) as error:
             raise InputError(f"{what} cannot be read as a picture of at most {MOST_PIXELS} pixels") from error

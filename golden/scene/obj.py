@@ -193,6 +193,8 @@ class _Obj:
         except FileNotFoundError:
             self._lost.append(name)
             return
+        except InputError:
+            raise
         except (OSError, ValueError) as error:  # a ValueError for a name with a zero byte
             reason = getattr(error, "strerror", None) or error
             raise self.error(f"material library {name!r} cannot be read ({reason})") from error

@@ -32,7 +32,7 @@ def open_scene(spec: str, *, zenith=None, facets: bool = False) -> Scene:
     if zenith is None:
         return _opened(str(spec), facets)
     if np.shape(zenith) != (3,) or not np.isfinite(zenith).all() or not np.any(zenith):
-        raise InputError(f"scene: Zenith must be three finite values, not all zero, not {zenith!r}")
+        raise InputError(f"scene: Zenith must be three finite values, not all zero, not {zenith!r}", parameter="zenith")
     return replace(_opened(str(spec), facets), up=tuple(map(float, zenith)))
 
 

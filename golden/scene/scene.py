@@ -1,5 +1,6 @@
 """Scenes: patches, materials, lights and a camera."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.errors import InputError
+from golden.plural import counted
 from golden.scene.camera import Camera
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import BRIGHTEST, Material, Rgb
@@ -16,7 +18,7 @@ from golden.scene.textures import Textures
 __all__ = ["Scene"]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Scene:
     """Patches with their materials: planar, strictly convex quadrilaterals and triangles.
 
@@ -112,6 +114,68 @@ class Scene:
         if self.textures is not None and len(self.textures) != count:
             raise InputError(f"scene {self.name!r}: Textures must have one entry for each of {count} patches, not "
                              f"{len(self.textures)}")
+
+    @classmethod
+    def from_arrays(cls, vertices, faces=None, *, names=None, materials: Mapping[str, Material] | None = None,
+                    two_sided: bool = False, **more) -> "Scene":
+        """The scene of N facets, one patch each.
+
+        Parameters
+        ----------
+        vertices
+            N x 3 x 3 or N x 4 x 3 corners, counter-clockwise as seen from the front; with ``faces`` P x 3 points.
+        faces
+            N x 3 or N x 4 numbers of points.
+        names
+            N names of surfaces. Default: one name for all.
+        materials
+            The material of each name. Default, and of other names: half of the light is reflected diffusely.
+        two_sided
+            Whether backs radiate like fronts.
+        more
+            Further arguments: ``name``, ``camera``, ``lights``, ``background``, ``up``.
+
+        Raises
+        ------
+        InputError
+            Shapes do not match; a facet is not planar, not strictly convex, or has no area.
+        """
+        from golden.scene.geometry import geometry_scene  # it makes scenes
+
+        return geometry_scene(vertices, faces=faces, names=names, materials=materials, two_sided=two_sided, **more)
+
+    @classmethod
+    def from_trimesh(cls, mesh, **more) -> "Scene":
+        """The scene of a `trimesh.Trimesh`, a patch for each triangle; the others as of `from_arrays`."""
+        return cls.from_arrays(mesh.vertices, mesh.faces, **more)
+
+    @classmethod
+    def from_pyvista(cls, mesh, **more) -> "Scene":
+        """The scene of a `pyvista.PolyData` of triangles and quadrilaterals; the others as of `from_arrays`.
+
+        ``names`` may be the name of an array of the mesh's cells.
+
+        Raises
+        ------
+        InputError
+            A face has more than four corners.
+        """
+        faces, corners, first = np.asarray(mesh.faces), [], 0
+        while first < len(faces):
+            count = int(faces[first])
+            if count not in (3, 4):
+                raise InputError(f"geometry: Faces must have three or four corners, not {count}", parameter="mesh")
+            corners.append(faces[first + np.minimum(np.arange(1, 5), count)])
+            first += 1 + count
+        if isinstance(more.get("names"), str):
+            more["names"] = mesh.cell_data[more["names"]]
+        return cls.from_arrays(mesh.points, np.reshape(corners, (-1, 4)).astype(np.int64), **more)
+
+    def __repr__(self) -> str:
+        low, high = self.bounds
+        lights = len(self.lights) + sum(material.emits for material in self.materials)
+        return (f"<Scene {self.name!r}: {counted(len(self), 'patch')}, {counted(len(self.materials), 'material')}, "
+                f"{counted(lights, 'light')}, {' x '.join(f'{side:g}' for side in high - low)}>")
 
     def __len__(self) -> int:
         return len(self.vertices)

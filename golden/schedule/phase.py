@@ -107,7 +107,7 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
     Source: Shen 1993, section 4.4.2.
     """
     if fill and capacity is None:
-        raise InputError("schedule: Capacity must be given where sets are filled, not None")
+        raise InputError("schedule: Capacity must be given where sets are filled, not None", parameter="capacity")
     found = low_density(record, geometry, table, config, ratio=ratio)
     partition = cut_sections(found.frusta.share(found.tests), clusters=clusters, ray_capacity=ray_capacity)
     cluster = classify(partition, found.window)

@@ -58,7 +58,7 @@ def resident_sets(patches, cluster, frequency, *, clusters: int, capacity: int |
         Capacity below 0.
     """
     if capacity is not None and capacity < 0:
-        raise InputError(f"schedule: Capacity must be at least 0, not {capacity!r}")
+        raise InputError(f"schedule: Capacity must be at least 0, not {capacity!r}", parameter="capacity")
     patches, cluster, frequency = np.asarray(patches), np.asarray(cluster), np.asarray(frequency)
     held = []
     for number in range(clusters):

@@ -81,7 +81,7 @@ def cut_sections(workload, *, clusters: int, ray_capacity: int | None = None) ->
         raise InputError("schedule: Workload must be finite and at least 0 for each ray")
     check_int("schedule: Clusters", clusters)
     if clusters < 1 or clusters & (clusters - 1):
-        raise InputError(f"schedule: Clusters must be a power of two, not {clusters!r}")
+        raise InputError(f"schedule: Clusters must be a power of two, not {clusters!r}", parameter="clusters")
     rows, columns = workload.shape
     # Cuts still to come in columns and in rows, before each level.
     levels = int(clusters).bit_length() - 1

@@ -57,11 +57,12 @@ class VirtualFrusta:
         """
         check_int("schedule: Ratio", ratio)
         if ratio < 1 or ratio & (ratio - 1):
-            raise InputError(f"schedule: Ratio must be a power of two, not {ratio!r}")
+            raise InputError(f"schedule: Ratio must be a power of two, not {ratio!r}", parameter="ratio")
         bits = int(ratio).bit_length() - 1
         frusta = cls(columns, rows, 1 << (bits + 1) // 2, 1 << bits // 2)
         if frusta.width > columns or frusta.height > rows:
-            raise InputError(f"schedule: Ratio must leave a ray of {columns} x {rows}, not be {ratio!r}")
+            raise InputError(f"schedule: Ratio must leave a ray of {columns} x {rows}, not be {ratio!r}",
+                             parameter="ratio")
         return frusta
 
     @property

@@ -70,9 +70,9 @@ def stimulus(name: str, *, count: int, seed: int, config: Config) -> Stimulus:
     """
     name, of = block(name)
     if not 1 <= count <= 1 << 20:
-        raise InputError(f"stimulus: Count must be 1 to {1 << 20}, not {count!r}")
+        raise InputError(f"stimulus: Count must be 1 to {1 << 20}, not {count!r}", parameter="count")
     if not 0 <= seed < 1 << 63:
-        raise InputError(f"stimulus: Seed must be 0 to 2^63 - 1, not {seed!r}")
+        raise InputError(f"stimulus: Seed must be 0 to 2^63 - 1, not {seed!r}", parameter="seed")
     inputs, outputs = of.fields(config)
     random = np.random.default_rng([BLOCKS.index(name), seed])
     given = _stored(of.draw(random, count, config), inputs)

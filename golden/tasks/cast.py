@@ -102,7 +102,7 @@ class FrustumChoice:
         if self.patch is None:
             return self.origin, self.normal, -1
         if not 0 <= self.patch < len(scene):
-            raise InputError(f"cast: Patch must be 0 to {len(scene) - 1}, not {self.patch}")
+            raise InputError(f"cast: Patch must be 0 to {len(scene) - 1}, not {self.patch}", parameter="patch")
         return scene.centres[self.patch], scene.normals[self.patch], int(scene.surface[self.patch])
 
 

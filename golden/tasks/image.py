@@ -84,7 +84,7 @@ class ImageFrusta:
         patches = np.arange(len(scene)) if self.every_patch else np.array(self.patches)
         for patch in patches:
             if not 0 <= patch < len(scene):
-                raise InputError(f"image: Patch must be 0 to {len(scene) - 1}, not {patch}")
+                raise InputError(f"image: Patch must be 0 to {len(scene) - 1}, not {patch}", parameter="patch")
         points, hemisphere = scene.centres[patches], Hemisphere(*self.rays)
         geometry = PatchGeometry.of(scene, config.numbers, points)
         records = [hemisphere_record(hemisphere, geometry.coordinates, point, scene.normals[patch],

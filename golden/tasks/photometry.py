@@ -63,9 +63,9 @@ class Photometry:
         check_outputs(*self.pictures, suffixes=(".png",))
         check_outputs(self.surfaces, suffixes=(".glb",))
         if self.decades and not self.false_colour:
-            raise InputError("Decades must have false colours (--false-colour), not be alone")
+            raise InputError("Decades must have false colours (--false-colour), not be alone", parameter="decades")
         if self.sensor_table and not self.sensors:
-            raise InputError("Sensor table must have sensors (--sensors), not be alone")
+            raise InputError("Sensor table must have sensors (--sensors), not be alone", parameter="sensor_table")
 
     @property
     def pictures(self) -> tuple[Path, ...]:

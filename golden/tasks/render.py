@@ -5,9 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from golden.image import false_colour, write_exr, write_png
+from golden.image import false_colour, write_png
 from golden.input_warnings import warn
-from golden.light.tone import tone_map
 from golden.light.two_pass import RenderResult, RenderSettings, render
 from golden.output import check_inputs_stay, check_named_once, check_outputs, whole_file
 from golden.scene.lights import PointLight
@@ -136,11 +135,8 @@ class RenderFiles:
     def write(self, result: RenderResult, stats: dict) -> None:
         """Write all of them."""
         for path in self.images:
-            if path.suffix.lower() == ".exr":
-                write_exr(path, result.image, white=self.photometry.efficacy)
-            else:
-                write_png(path, tone_map(result.image, exposure=self.exposure, curve=self.tone, gamma=self.gamma,
-                                         bits=self.bits), gamma=self.gamma)
+            result.save(path, exposure=self.exposure, curve=self.tone, gamma=self.gamma, bits=self.bits,
+                        efficacy=self.photometry.efficacy)
         values = (result.tests, result.steps)
         for path, counts, what in zip(self.heatmaps, values, ("patch tests", "cell steps"), strict=False):
             write_png(path, false_colour(counts, f"{what} per pixel"))

@@ -16,7 +16,7 @@ __all__ = ["report"]
 _OF_ROUTES = {"seeds": "--seed", "nextpnr": "--nextpnr", "routability_driven": "--routability-driven"}
 
 
-@click.command("report", cls=Task, extra="synth", named={"Unit": "--unit"},
+@click.command("report", cls=Task, extra="synth", named={"unit": "--unit"},
                short_help="Measure area and clock of a block's units.")
 @click.argument("block", type=click.Choice(BLOCKS))
 @click.option("--unit", "units", multiple=True, metavar="UNIT",
@@ -59,7 +59,7 @@ def report(block, units, family, liberty, route, seeds, nextpnr, routability_dri
     config = PRESETS[preset].with_parameters(assignments)
     for unit in units:
         if unit not in UNITS[block]:
-            raise InputError(f"report: Unit must be one of {', '.join(UNITS[block])}, not {unit!r}")
+            raise InputError(f"report: Unit must be one of {', '.join(UNITS[block])}, not {unit!r}", parameter="unit")
     units = units or tuple(UNITS[block])
     if liberty:
         for name, option in {"family": "--family", "route": "--route", **_OF_ROUTES, "records": "--record"}.items():

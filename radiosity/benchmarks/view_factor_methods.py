@@ -9,10 +9,10 @@ import numpy as np
 
 from golden.cast.grid import Grid
 from golden.light.factors.join import Estimate, join
-from golden.light.factors.meshes import geometry_scene
 from golden.light.factors.projection import project
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.sides import Sides
+from golden.scene.geometry import geometry_scene
 
 __all__ = ["METHODS", "method_rows"]
 

@@ -16,11 +16,11 @@ from golden.cast.grid import Grid
 from golden.commands.console import console
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.interface import view_factors
-from golden.light.factors.meshes import geometry_scene
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.view_factors import ViewFactors
 from golden.output import whole_file
 from golden.peak_memory import peak_memory
+from golden.scene.geometry import geometry_scene
 from golden.scene.open import open_scene
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 from radiosity.benchmarks.view_factor_cases import BARRIER, HIDDEN, OPEN, Case, box_in_box, plate_between_plates

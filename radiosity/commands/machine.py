@@ -34,7 +34,7 @@ def machine():
     """Simulate whole machines by discrete events, beyond what their hardware can be simulated with."""
 
 
-@machine.command("engine", cls=Task, named={"Nodes": "--nodes", "Groups": "--groups"}, epilog=SCENE_HELP, extra="sim",
+@machine.command("engine", cls=Task, named={"nodes": "--nodes", "groups": "--groups"}, epilog=SCENE_HELP, extra="sim",
                  short_help="Simulate the engine with up to 1024 clusters.")
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of clusters, a power of two up to 1024.")
@@ -74,9 +74,9 @@ def engine(scene, nodes, groups, frusta, rays, cell, hits, latency, casts, prese
     console().report(report, _engine_text(report))
 
 
-@machine.command("paper", cls=Task, named={"Nodes": "--nodes", "Traversal units": "--units", "Ratio": "--ratio",
-                                           "Samples": "--samples", "Cell size": "--cell", "Azimuths": "--rays",
-                                           "Polars": "--rays"},
+@machine.command("paper", cls=Task, named={"nodes": "--nodes", "traversal_units": "--units", "ratio": "--ratio",
+                                           "samples": "--samples", "cell": "--cell", "azimuths": "--rays",
+                                           "polars": "--rays"},
                  epilog=SCENE_HELP, extra="sim", short_help="Simulate the paper's machine with up to 1024 clusters.")
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of intersection units, each of which is a cluster: "
@@ -113,9 +113,9 @@ def paper(scene, nodes, units, supply, steps, samples, rays, cell, ratio, latenc
         sys.exit(1)
 
 
-@machine.command("gather", cls=Task, named={"Nodes": "--nodes", "Patches": "--patches", "Memory": "--memory",
-                                            "Azimuths": "--rays", "Polars": "--rays", "Completion": "--completion",
-                                            "Seed": "--seed"},
+@machine.command("gather", cls=Task, named={"nodes": "--nodes", "patches": "--patches", "memory": "--memory",
+                                            "azimuths": "--rays", "polars": "--rays", "completion": "--completion",
+                                            "seed": "--seed"},
                  epilog=SCENE_HELP, short_help="Simulate gathering on a hypercube of up to 1024 nodes.")
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
@@ -160,7 +160,7 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
         raise InputError("--seed needs --assignment random and --scheme circulation or --scheme sharing")
     chosen = GatherScheme(name=scheme, assignment=assignment or "random", granularity=granularity or 1, seed=seed or 0)
     if memory < 1:
-        raise InputError(f"gather: Memory must be at least 1, not {memory}")
+        raise InputError(f"gather: Memory must be at least 1, not {memory}", parameter="memory")
     opened = open_scene(scene)
     opened = opened if patches is None else halved(opened, patches)
     check_nodes(nodes, len(opened))
@@ -172,10 +172,10 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
     console().report(report, _gather_text(report))
 
 
-@machine.command("koan", cls=Task, named={"Nodes": "--nodes", "Page bytes": "--page", "Cache": "--cache",
-                                          "Item": "--item", "Size": "--size", "Width": "--size",
-                                          "Height": "--size", "Cell size": "--cell",
-                                          "Azimuths": "--radiosity", "Polars": "--radiosity"},
+@machine.command("koan", cls=Task, named={"nodes": "--nodes", "page_bytes": "--page", "cache": "--cache",
+                                          "item": "--item", "size": "--size", "width": "--size",
+                                          "height": "--size", "cell": "--cell",
+                                          "azimuths": "--radiosity", "polars": "--radiosity"},
                  epilog=SCENE_HELP, short_help="Simulate ray tracing in shared pages on up to 1024 nodes.")
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
@@ -272,7 +272,7 @@ _STEPS = click.option("--steps", type=FILE, help="Write a picture of the regions
 _SIZE = click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="Set the size of the screen.")
 
 
-@machine.command("merge", cls=Task, named={"Nodes": "--nodes", "Width": "--size", "Height": "--size"},
+@machine.command("merge", cls=Task, named={"nodes": "--nodes", "width": "--size", "height": "--size"},
                  epilog=SCENE_HELP, short_help="Simulate pictures merged by up to 1024 nodes.")
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
@@ -312,8 +312,8 @@ def merge(scene, nodes, scheme, division, full, size, output, steps):
     console().report(report, _merge_text(report))
 
 
-@machine.command("volume", cls=Task, named={"Nodes": "--nodes", "Width": "--size", "Height": "--size",
-                                            "Grid": "--grid", "Seed": "--seed", "Mesh": "--mesh"},
+@machine.command("volume", cls=Task, named={"nodes": "--nodes", "width": "--size", "height": "--size",
+                                            "grid": "--grid", "seed": "--seed", "mesh": "--mesh"},
                  short_help="Simulate volumes drawn by regions on up to 1024 nodes.")
 @click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
 @click.option("--splitter", type=click.Choice(VOLUME_SPLITTERS), default="hs", help="Choose how the screen is split.")
@@ -380,9 +380,9 @@ def _volume_text(report):
         *(line.replace("cluster", "node") for line in _node_lines(report)), f"picture {report['picture']}"])
 
 
-@machine.command("torus", cls=Task, named={"Nodes": "--nodes", "Rows": "--size", "Columns": "--size",
-                                           "Subdivisions": "--voxels", "Growth": "--growth", "Delay": "--delay",
-                                           "Seed": "--seed", "Buffer": "--buffer", "Pixels": "--size"},
+@machine.command("torus", cls=Task, named={"nodes": "--nodes", "rows": "--size", "columns": "--size",
+                                           "subdivisions": "--voxels", "growth": "--growth", "delay": "--delay",
+                                           "seed": "--seed", "buffer": "--buffer", "pixels": "--size"},
                  epilog=SCENE_HELP, short_help="Simulate rays that travel on a torus of up to 1024 nodes.")
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of nodes, a square number up to 1024.")

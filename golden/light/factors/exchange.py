@@ -93,9 +93,11 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
     _check_patches(given | (np.abs(flux) <= _MOST_FLUX), f"Flux must be at most {_MOST_FLUX:.0e} W/m2", flux)
     _check_patches(given | (emissivity > 0), "Emissivity must be above 0 where the flux is given", emissivity)
     if not 0 <= sky_temperature < np.inf:
-        raise InputError(f"exchange: Sky temperature must be finite and at least 0 K, not {sky_temperature!r}")
+        raise InputError(f"exchange: Sky temperature must be finite and at least 0 K, not {sky_temperature!r}",
+                         parameter="sky_temperature")
     if sky_temperature > _HOTTEST:
-        raise InputError(f"exchange: Sky temperature must be at most {_HOTTEST:.0e} K, not {sky_temperature!r}")
+        raise InputError(f"exchange: Sky temperature must be at most {_HOTTEST:.0e} K, not {sky_temperature!r}",
+                         parameter="sky_temperature")
     anchors = (given & (emissivity > 0)) | (factors.sky + factors.back > CLOSED)
     parts, part = connected_components(factors.F, directed=False)
     _check_patches(given | (np.bincount(part, anchors, parts) > 0)[part], "nothing sets its temperature: all that it "
@@ -195,7 +197,8 @@ def _check_resolved(factors, absorbed):
 def _values(name, given, count):
     values = np.asarray(given, dtype=np.float64)
     if values.shape != (count,):
-        raise InputError(f"exchange: {name} must be one value for each of {count} patches, not {values.shape!r}")
+        raise InputError(f"exchange: {name} must be one value for each of {count} patches, not {values.shape!r}",
+                         parameter=name)
     return values
 
 

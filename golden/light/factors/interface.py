@@ -3,10 +3,10 @@
 from golden.cast.methods import RAY_METHODS, ray_caster
 from golden.errors import InputError
 from golden.light.factors.compute import compute_view_factors
-from golden.light.factors.meshes import geometry_scene
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.units import METRES, in_metres
 from golden.light.factors.view_factors import ViewFactors
+from golden.scene.geometry import geometry_scene
 from golden.scene.overlaps import warn_of_overlaps
 
 __all__ = ["view_factors"]
@@ -70,7 +70,7 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     if method not in RAY_METHODS:
         raise InputError(f"view factors: Method must be {' or '.join(RAY_METHODS)}, not {method!r}")
     if unit not in METRES:
-        raise InputError(f"view factors: Unit must be {' or '.join(METRES)}, not {unit!r}")
+        raise InputError(f"view factors: Unit must be {' or '.join(METRES)}, not {unit!r}", parameter="unit")
     warn_of_overlaps(scene)
     rows = FactorRows(scene, ray_caster(scene, method, jobs=jobs), error=error, sky_error=sky_error,
                       sky_patches=sky_patches, seed=seed)

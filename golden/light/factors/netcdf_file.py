@@ -10,7 +10,7 @@ from scipy.io import netcdf_file
 
 from golden.light.factors.view_factors import ViewFactors
 
-__all__ = ["read_netcdf", "write_netcdf"]
+__all__ = ["read_netcdf", "variables", "write_netcdf"]
 
 # Variable: its dimensions, units and long name. The matrix is a list of entries; a standard name exists for none.
 _VARIABLES = {
@@ -40,12 +40,8 @@ _SKY_PATCHES = "sky_patch_view_factor", "sky_patch_view_factor_error"
 _MOST_ENTRIES = (1 << 28) - 1
 
 
-def write_netcdf(factors: ViewFactors, path: Path) -> None:
-    """Write a netCDF file of version 3 (64-bit offsets), which xarray and all netCDF libraries read.
-
-    The matrix is a list: ``view_factor(entry)`` with ``from_patch(entry)`` and ``to_patch(entry)``, which count from 0.
-    After 2^28 - 1 entries, as many as a variable holds, the list continues in ``view_factor_2(entry_2)`` and so on.
-    """
+def variables(factors: ViewFactors) -> dict[str, tuple]:
+    """By name the dimensions, the unit or None, the long name and the values of the variables that factors have."""
     matrix = factors.F.tocoo()
     values = {"from_patch": matrix.row.astype(np.int32), "to_patch": matrix.col.astype(np.int32),
               "view_factor": matrix.data, "area": factors.area, "normal": factors.normal,
@@ -54,9 +50,6 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
               "sky_view_factor_unprojected": factors.unprojected_sky, "sky_view_factor_error": factors.sky_error}
     values |= {f"view_factor_{suffix}": value.data for suffix, value in
                (("error", factors.error), ("unprojected", factors.unprojected)) if value is not None}
-    if not matrix.nnz:  # a dimension of length 0 is the unlimited one in this format
-        values = {name: np.zeros(1, dtype=value.dtype) if _VARIABLES[name][0] == ("entry",) else value
-                  for name, value in values.items() if value is not None}
     if factors.row_sums is not None:
         values["row_sum"] = factors.row_sums / 2.0**factors.weight_bits
     sky = None if factors.sky_patches is None else factors.sky_patches.tocoo()
@@ -65,6 +58,20 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
                    "to_sky_patch": sky.col.astype(np.int32),
                    "sky_patch_view_factor_error":
                    None if factors.sky_patches_error is None else factors.sky_patches_error.data}
+    return {name: (*_VARIABLES[name], value) for name, value in values.items() if value is not None}
+
+
+def write_netcdf(factors: ViewFactors, path: Path) -> None:
+    """Write a netCDF file of version 3 (64-bit offsets), which xarray and all netCDF libraries read.
+
+    The matrix is a list: ``view_factor(entry)`` with ``from_patch(entry)`` and ``to_patch(entry)``, which count from 0.
+    After 2^28 - 1 entries, as many as a variable holds, the list continues in ``view_factor_2(entry_2)`` and so on.
+    """
+    values = {name: part for name, (_, _, _, part) in variables(factors).items()}
+    if not factors.F.nnz:  # a dimension of length 0 is the unlimited one in this format
+        values = {name: np.zeros(1, dtype=value.dtype) if _VARIABLES[name][0] == ("entry",) else value
+                  for name, value in values.items()}
+    sky = factors.sky_patches
     names = np.array([name.encode() for name in factors.surface.tolist()])
     with netcdf_file(path, "w", version=2) as file:
         if sky is not None:
@@ -79,7 +86,7 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
         for name, length in lengths.items():
             file.createDimension(name, length)
         for name, (dimensions, units, about) in _VARIABLES.items():
-            if values.get(name) is None:
+            if name not in values:
                 continue
             for suffix, part in _parts(values[name], dimensions[0]):
                 if dimensions[0] + suffix not in file.dimensions:

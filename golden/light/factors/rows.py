@@ -94,9 +94,10 @@ class FactorRows:
                  sky_patches: str | None = None, seed: int = 0, block_rows: int = 128):
         for name, value in (("Error", error), ("Sky error", error if sky_error is None else sky_error)):
             if not isinstance(value, Real) or not 1e-6 <= value <= 0.1:
-                raise InputError(f"view factors: {name} must be 1e-6 to 0.1, not {value!r}")
+                raise InputError(f"view factors: {name} must be 1e-6 to 0.1, not {value!r}", parameter=name)
         if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or not 0 <= seed < 2**63:
-            raise InputError(f"view factors: Seed must be an integer from 0 to 2^63 - 1, not {seed!r}")
+            raise InputError(f"view factors: Seed must be an integer from 0 to 2^63 - 1, not {seed!r}",
+                             parameter="seed")
         if sky_patches is not None and sky_patches not in SKY_DIVISIONS:
             raise InputError(f"view factors: Sky patches must be {' or '.join(SKY_DIVISIONS)}, not {sky_patches!r}")
         self._sides, self._caster, self._error, self._seed = Sides(scene), caster, error, seed

@@ -1,13 +1,23 @@
 """View factors between the patches of a scene, with what describes them."""
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 
 from golden.errors import InputError
 from golden.output import check_outputs, whole_file
+from golden.plural import counted
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+    from golden.light.factors.exchange import Exchange
 
 __all__ = ["CLOSED", "ViewFactors"]
 
@@ -18,7 +28,7 @@ _MISSED = 1 + 1e-9
 CLOSED = 1e-9
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ViewFactors:
     """View factors between N patches: F[i, j] is the share of the radiation that leaves i and arrives at j.
 
@@ -194,6 +204,75 @@ class ViewFactors:
         from golden.light.factors.groups import by_surface
 
         return by_surface(self)
+
+    def __repr__(self) -> str:
+        error = "unknown" if self.error is None else f"{self.largest_error:.1e}"
+        return (f"<ViewFactors: {counted(len(self), 'row')}, {self.F.nnz} entries, error {error}, "
+                f"closure {self.closure:.1e}>")
+
+    @classmethod
+    def open(cls, path) -> "ViewFactors":
+        """The view factors of a .npz or .nc file; see `golden.light.factors.files.read_view_factors`."""
+        from golden.light.factors.files import read_view_factors
+
+        return read_view_factors(path)
+
+    def exchange(self, *, temperature, emissivity, flux=None, sky_temperature: float = 0.0) -> "Exchange":
+        """Net radiative exchange, see `golden.light.factors.exchange.net_exchange`.
+
+        Values are N numbers, one number, or a mapping from names of surfaces to numbers; a surface that is not named
+        has no temperature or no flux.
+        """
+        from golden.light.factors.exchange import net_exchange
+
+        return net_exchange(self, temperature=self._values("temperature", temperature),
+                            emissivity=self._values("emissivity", emissivity),
+                            flux=None if flux is None else self._values("flux", flux), sky_temperature=sky_temperature)
+
+    def script_f(self, *, emissivity) -> np.ndarray:
+        """Script-F between the surfaces in the order of their names, see `golden.light.factors.exchange.script_f`."""
+        from golden.light.factors.exchange import script_f
+
+        return script_f(self, emissivity=self._values("emissivity", emissivity),
+                        group=np.unique(self.surface, return_inverse=True)[1])
+
+    def _values(self, name, given):
+        """N values of what is given for patches or for surfaces."""
+        if not isinstance(given, Mapping):
+            return np.full(len(self), given, dtype=np.float64) if np.ndim(given) == 0 else given
+        unknown = sorted(set(given) - set(self.surface.tolist()))
+        if unknown:
+            raise InputError(f"view factors: {name.capitalize()} must be of surfaces that there are, not of "
+                             f"{unknown[0]!r}", parameter=name)
+        return np.array([given.get(surface, np.nan) for surface in self.surface.tolist()], dtype=np.float64)
+
+    def to_dataframe(self, by: str = "surface") -> "pandas.DataFrame":
+        """A table of all factors, from a row's to a column's, with the sky and black backs as last columns.
+
+        Parameters
+        ----------
+        by
+            ``surface``: between surfaces, see `by_surface`. ``patch``: between patches; N columns need N^2 numbers.
+        """
+        import pandas as pd
+
+        if by not in ("surface", "patch"):
+            raise InputError(f"view factors: By must be surface or patch, not {by!r}", parameter="by")
+        factors = self.by_surface() if by == "surface" else self
+        labels = pd.Index(factors.surface if by == "surface" else range(len(factors)), name=by)
+        table = pd.DataFrame(factors.F.toarray(), index=labels, columns=labels)
+        return table.assign(sky=factors.sky, back=factors.back)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """A Dataset with the variables of `to_netcdf`, the matrix as a list of entries."""
+        import xarray as xr
+
+        from golden.light.factors.netcdf_file import variables
+
+        columns = {name: (dimensions, values, {"long_name": about} | ({} if units is None else {"units": units}))
+                   for name, (dimensions, units, about, values) in variables(self).items()}
+        return xr.Dataset(columns, coords={"surface_name": ("patch", self.surface)},
+                          attrs={"settings": json.dumps(self.settings), "hidden_error": self.hidden_error})
 
     def to_npz(self, path) -> None:
         """Write a .npz, atomically; `scipy.sparse.load_npz` reads ``F``.

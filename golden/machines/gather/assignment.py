@@ -58,9 +58,9 @@ def check_nodes(nodes: int, patches: int) -> None:
         They are no power of two up to `MOST_NODES`, or more than the patches.
     """
     if not 1 <= nodes <= MOST_NODES or nodes & (nodes - 1):
-        raise InputError(f"gather: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}")
+        raise InputError(f"gather: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}", parameter="nodes")
     if nodes > patches:
-        raise InputError(f"gather: Nodes must be at most the {patches} patches, not {nodes}")
+        raise InputError(f"gather: Nodes must be at most the {patches} patches, not {nodes}", parameter="nodes")
 
 
 def shares(count: int, nodes: int) -> np.ndarray:

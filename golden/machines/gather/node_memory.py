@@ -58,7 +58,7 @@ class NodeMemory(TimingNumbers):
         free = self.size - self.reserved - _WORD * (_SQUARE_WORDS * SQUARES + PATCH_WORDS * patches)
         if free <= 0:
             raise InputError(f"gather: Memory must be more than {self.size - free} bytes for a node with {patches} "
-                             f"patches and no row, not {self.size}")
+                             f"patches and no row, not {self.size}", parameter="memory")
         return free
 
     @staticmethod

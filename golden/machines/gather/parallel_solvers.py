@@ -46,9 +46,11 @@ def check_completion(matrix: NodeMatrix, completion: str) -> None:
         It is none, or a row is shared by more than two nodes: a message to the next node then misses some.
     """
     if completion not in COMPLETIONS:
-        raise InputError(f"gather: Completion must be one of {', '.join(COMPLETIONS)}, not {completion!r}")
+        raise InputError(f"gather: Completion must be one of {', '.join(COMPLETIONS)}, not {completion!r}",
+                         parameter="completion")
     if completion == "shift" and matrix.sharers > 2:
-        raise InputError(f"gather: Completion must be merge for a row that {matrix.sharers} nodes share, not 'shift'")
+        raise InputError(f"gather: Completion must be merge for a row that {matrix.sharers} nodes share, not 'shift'",
+                         parameter="completion")
 
 
 def solve_channel(solver: str, matrix: NodeMatrix, *, reflectance: np.ndarray, emission: np.ndarray, area: np.ndarray,

@@ -51,11 +51,11 @@ class GatherScheme:
     def __post_init__(self):
         for label, value, known in (("Scheme", self.name, SCHEMES), ("Assignment", self.assignment, ASSIGNMENTS)):
             if value not in known:
-                raise InputError(f"gather: {label} must be one of {', '.join(known)}, not {value!r}")
+                raise InputError(f"gather: {label} must be one of {', '.join(known)}, not {value!r}", parameter=label)
         for label, value, least in (("Granularity", self.granularity, 1), ("Seed", self.seed, 0)):
             check_int(label, value)
             if value < least:
-                raise InputError(f"gather: {label} must be at least {least}, not {value!r}")
+                raise InputError(f"gather: {label} must be at least {least}, not {value!r}", parameter=label)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,7 +155,7 @@ def make_matrix_rows(scheme: GatherScheme, entries: np.ndarray, work: Projection
                           for patches, made in zip(own, rows, strict=True)])
         if (after > memory.size).any():
             raise InputError(f"gather: Memory must be at least {after.max()} bytes for the patches and rows of node "
-                             f"{after.argmax()}, not {memory.size}")
+                             f"{after.argmax()}, not {memory.size}", parameter="memory")
         peak = np.maximum(peak, after)
     return RowPhase(assignment=of_rows(rows), start=start, ends=ends, stored=stored, alone=alone,
                     before_full=before, circulated_words=int(cube.sent[:, WORDS].sum()) - sent, peak_bytes=peak)

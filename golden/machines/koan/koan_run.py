@@ -104,9 +104,9 @@ def check_machine(nodes: int, frames: int) -> None:
     check_int("koan: Nodes", nodes)
     check_int("koan: Frames", frames)
     if not 1 <= nodes <= MOST_NODES or nodes & (nodes - 1):
-        raise InputError(f"koan: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}")
+        raise InputError(f"koan: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}", parameter="nodes")
     if frames < 1:
-        raise InputError(f"koan: Cache must be at least one page, not {frames!r} pages")
+        raise InputError(f"koan: Cache must be at least one page, not {frames!r} pages", parameter="cache")
 
 
 def simulate_picture(picture: np.ndarray, string: PageString, work: np.ndarray, layout: ScenePages, *, nodes: int,

@@ -69,16 +69,17 @@ def pixel_items(size: tuple[int, int], nodes: int, *, side: int = 3, schedule: s
     """
     check_int("koan: Item", side)
     if side < 1:
-        raise InputError(f"koan: Item must be at least 1 pixel along its side, not {side!r}")
+        raise InputError(f"koan: Item must be at least 1 pixel along its side, not {side!r}", parameter="item")
     if schedule not in SCHEDULES:
         raise InputError(f"koan: Schedule must be one of {', '.join(SCHEDULES)}, not {schedule!r}")
     width, height = size
     for name, value in (("Width", width), ("Height", height)):
         if not 1 <= value <= MOST_PIXELS:
-            raise InputError(f"koan: {name} must be 1 to {MOST_PIXELS}, not {value!r}")
+            raise InputError(f"koan: {name} must be 1 to {MOST_PIXELS}, not {value!r}", parameter=name)
     columns, rows = tile_shape(nodes, size)
     if columns > width or rows > height:
-        raise InputError(f"koan: Size must be at least {columns}x{rows} for {nodes} nodes, not {width}x{height}")
+        raise InputError(f"koan: Size must be at least {columns}x{rows} for {nodes} nodes, not {width}x{height}",
+                         parameter="size")
     grid = np.arange(width * height).reshape(height, width)
     tiles = [[] for _ in range(nodes)]
     for row, band in enumerate(np.array_split(grid, rows)):

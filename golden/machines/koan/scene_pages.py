@@ -26,7 +26,8 @@ def check_page_bytes(page_bytes: int) -> None:
     """
     check_int("koan: Page bytes", page_bytes)
     if page_bytes < PATCH_BYTES or page_bytes & (page_bytes - 1):
-        raise InputError(f"koan: Page bytes must be a power of two from {PATCH_BYTES}, not {page_bytes!r}")
+        raise InputError(f"koan: Page bytes must be a power of two from {PATCH_BYTES}, not {page_bytes!r}",
+                         parameter="page_bytes")
 
 
 @dataclass(frozen=True, kw_only=True)

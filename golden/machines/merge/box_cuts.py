@@ -60,7 +60,7 @@ def cut_boxes(boxes: np.ndarray, weights: WorkWeights, axes: list[tuple[int, ...
     regions, inside = np.array([[0, 0, width - 1, height - 1]]), [np.asarray(boxes)]
     if not can_be_cut(width, height, axes):
         raise InputError(f"volume: Nodes must be at most those that {width} x {height} pixels can be cut for, "
-                         f"not {1 << len(axes)}")
+                         f"not {1 << len(axes)}", parameter="nodes")
     found = [regions]
     for level, allowed in enumerate(axes):
         halves, parts = [], []

@@ -63,7 +63,7 @@ def divide_lines(division: str, counts: np.ndarray, regions: int) -> LineShares:
     if division not in DIVISIONS:
         raise InputError(f"merge: Division must be one of {', '.join(DIVISIONS)}, not {division!r}")
     if regions > height:
-        raise InputError(f"merge: Nodes must be at most the {height} scanlines, not {regions}")
+        raise InputError(f"merge: Nodes must be at most the {height} scanlines, not {regions}", parameter="nodes")
     order = np.arange(height)
     if division == "equal":
         return LineShares(order=order, bounds=np.append(0, np.cumsum(shares(height, regions))))

@@ -50,7 +50,7 @@ class MergeScheme:
     def __post_init__(self):
         for label, value, known in (("Scheme", self.name, SCHEMES), ("Division", self.division, DIVISIONS)):
             if value not in known:
-                raise InputError(f"merge: {label} must be one of {', '.join(known)}, not {value!r}")
+                raise InputError(f"merge: {label} must be one of {', '.join(known)}, not {value!r}", parameter=label)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -141,10 +141,10 @@ def check_machine(nodes: int, width: int, height: int) -> None:
         They are no power of two up to 1024, or the screen is none.
     """
     if not 1 <= nodes <= MOST_NODES or nodes & (nodes - 1):
-        raise InputError(f"merge: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}")
+        raise InputError(f"merge: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}", parameter="nodes")
     for name, value in (("Width", width), ("Height", height)):
         if not 1 <= value <= 1 << 13:
-            raise InputError(f"merge: {name} must be 1 to {1 << 13}, not {value!r}")
+            raise InputError(f"merge: {name} must be 1 to {1 << 13}, not {value!r}", parameter=name)
 
 
 def simulate_merge(triangles: ScreenTriangles, number: np.ndarray, scheme: MergeScheme, *, nodes: int, width: int,

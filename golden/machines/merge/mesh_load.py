@@ -19,7 +19,8 @@ def check_mesh(mesh: int, width: int, height: int) -> None:
         It does not.
     """
     if mesh < 1 or mesh & (mesh - 1) or width % mesh or height % mesh:
-        raise InputError(f"volume: Mesh must be a power of two that divides {width} x {height} pixels, not {mesh!r}")
+        raise InputError(f"volume: Mesh must be a power of two that divides {width} x {height} pixels, not {mesh!r}",
+                         parameter="mesh")
 
 
 def mesh_loads(boxes: np.ndarray, weights: WorkWeights, mesh: int, width: int, height: int) -> np.ndarray:
@@ -93,7 +94,8 @@ def halve_mesh(loads: np.ndarray, levels: int) -> list[np.ndarray]:
     """
     mesh = len(loads)
     if not can_be_cut(mesh, mesh, [(0, 1)] * levels):
-        raise InputError(f"volume: Nodes must be at most the {mesh * mesh} cells of the mesh, not {1 << levels}")
+        raise InputError(f"volume: Nodes must be at most the {mesh * mesh} cells of the mesh, not {1 << levels}",
+                         parameter="nodes")
     table = np.zeros((mesh + 1, mesh + 1))
     table[1:, 1:] = loads.cumsum(axis=1).cumsum(axis=0)
     regions, found = [(0, mesh, 0, mesh)], [np.zeros((mesh, mesh), dtype=np.int64)]

@@ -87,7 +87,7 @@ def split_screen(splitter: str, boxes: np.ndarray, weights: WorkWeights, *, node
     if splitter not in MESHES:
         if mesh is not None:
             raise InputError(f"volume: Mesh must be given for the splitters {', '.join(MESHES)} alone, "
-                             f"not for {splitter}")
+                             f"not for {splitter}", parameter="mesh")
         found = cut_boxes(boxes, weights, axes_of(splitter, levels), width, height)
         owners = np.stack([_painted(regions, width, height) for regions in found])
         return ScreenSplit(owners, faces_of_rectangles(boxes, found[-1]))

@@ -87,9 +87,9 @@ def blunt_fin(sides: tuple[int, int, int] = (40, 32, 32), *, seed: int = 0) -> T
         A side has less than 2 points or more than 128, or the seed is below 0.
     """
     if len(sides) != 3 or min(sides) < 2 or max(sides) > 128:
-        raise InputError(f"volume: Grid must have 2 to 128 points along each side, not {sides!r}")
+        raise InputError(f"volume: Grid must have 2 to 128 points along each side, not {sides!r}", parameter="grid")
     if seed < 0:
-        raise InputError(f"volume: Seed must be at least 0, not {seed!r}")
+        raise InputError(f"volume: Seed must be at least 0, not {seed!r}", parameter="seed")
     rng = np.random.default_rng(seed)
     nose, rear, reach, height = rng.uniform((0.4, 3, 3, 2.5), (0.7, 5, 5, 4))
     grow_out, grow_up = rng.uniform(1.06, 1.16, 2)

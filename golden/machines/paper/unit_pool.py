@@ -35,7 +35,7 @@ def join_units(steps: Sequence[float], sections: Sequence[Sector], *, units: int
     """
     if units < len(sections):
         raise InputError(f"machine: Traversal units must be at least {len(sections)}, one for each cluster, not "
-                         f"{units}")
+                         f"{units}", parameter="traversal_units")
     joined, free = np.ones(len(sections), dtype=np.int64), units - len(sections)
     while True:
         share = np.where([2 * count <= _most(section) and count <= free for count, section in zip(

@@ -114,11 +114,12 @@ def node_boxes(scene: TorusScene, *, side: int, size: tuple[int, int], growth: f
     Source: Pearce 1987, chapter 3, and chapter 5 for growth.
     """
     if growth_by not in GROWTHS:
-        raise InputError(f"torus: Growth must be by {' or '.join(GROWTHS)}, not {growth_by!r}")
+        raise InputError(f"torus: Growth must be by {' or '.join(GROWTHS)}, not {growth_by!r}", parameter="growth")
     if not 0 <= growth <= 100:
-        raise InputError(f"torus: Growth must be 0 to 100 times the box, not {growth!r}")
+        raise InputError(f"torus: Growth must be 0 to 100 times the box, not {growth!r}", parameter="growth")
     if side > min(size):
-        raise InputError(f"torus: Pixels must be at least {side} in a row and in a column, not {min(size)}")
+        raise InputError(f"torus: Pixels must be at least {side} in a row and in a column, not {min(size)}",
+                         parameter="pixels")
     rows, columns = ((np.arange(side + 1) * count) // side for count in size)
     aspect = size[1] / size[0]
     front, bounds = front_face(scene, aspect), scene.bounds

@@ -86,16 +86,17 @@ class TorusSetup:
                 ("Seed", self.seed, 0, 1 << 62)):
             check_int(label, value)
             if not least <= value <= most:
-                raise InputError(f"torus: {label} must be {least} to {most}, not {value!r}")
+                raise InputError(f"torus: {label} must be {least} to {most}, not {value!r}", parameter=label)
         if self.side ** 2 != self.nodes:
-            raise InputError(f"torus: Nodes must be a square number up to {_MOST_NODES}, not {self.nodes!r}")
+            raise InputError(f"torus: Nodes must be a square number up to {_MOST_NODES}, not {self.nodes!r}",
+                             parameter="nodes")
         if self.entries & (self.entries - 1):
             raise InputError(f"torus: Entries must be a power of two, not {self.entries!r}")
         if not 0 <= self.least < 1:
             raise InputError(f"torus: Least must be at least 0 and below 1, not {self.least!r}")
         for label, value, known in (("Storage", self.storage, STORAGES), ("Growth-by", self.growth_by, GROWTHS)):
             if value not in known:
-                raise InputError(f"torus: {label} must be one of {', '.join(known)}, not {value!r}")
+                raise InputError(f"torus: {label} must be one of {', '.join(known)}, not {value!r}", parameter=label)
 
     @property
     def side(self) -> int:
@@ -255,5 +256,6 @@ def simulate_torus(scene: TorusScene, setup: TorusSetup, *, log: int = 0) -> Tor
         return TorusRun(scene=scene, setup=setup, boxes=boxes, grids=grids, state=state, time=int(time),
                         log=machine.log[:state.counts[ts.LOGGED]])
     if state.counts[ts.LIVE] and (state.nodes[:, ts.BLOCKED_LINK] != ts.NONE).any():
-        raise InputError(f"torus: Buffer must be larger than {setup.buffer} bytes: the nodes are in a deadlock")
+        raise InputError(f"torus: Buffer must be larger than {setup.buffer} bytes: the nodes are in a deadlock",
+                         parameter="buffer")
     raise RuntimeError("The state packet must begin no phase while there is work")

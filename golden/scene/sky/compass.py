@@ -27,6 +27,6 @@ def compass(up, north=None) -> np.ndarray:
     level = level - (level @ zenith) * zenith
     length = np.linalg.norm(level)
     if not (np.isfinite(length) and length > 1e-9):
-        raise InputError(f"daylight: North must not be zero or along the scene's up, not {north!r}")
+        raise InputError(f"daylight: North must not be zero or along the scene's up, not {north!r}", parameter="north")
     level = level / length
     return np.stack([np.cross(level, zenith), level, zenith])

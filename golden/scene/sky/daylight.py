@@ -67,25 +67,27 @@ class Daylight:
 
     def __post_init__(self):
         if self.sky not in SKIES:
-            raise InputError(f"daylight: Sky must be one of {', '.join(SKIES)}, not {self.sky!r}")
+            raise InputError(f"daylight: Sky must be one of {', '.join(SKIES)}, not {self.sky!r}", parameter="sky")
         if self.sun is not None and not (np.isfinite(self.sun).all() and -90 <= self.sun[1] <= 90):
             raise InputError(f"daylight: Sun must be an azimuth and an elevation of -90 to 90 degrees, not "
-                             f"{self.sun!r}")
+                             f"{self.sun!r}", parameter="sun")
         if self.sky in ("cie-clear", "perez") and (self.sun is None or self.sun[1] <= 0):
             found = "nowhere" if self.sun is None else f"at an elevation of {self.sun[1]:.4g} degrees"
-            raise InputError(f"daylight: Sun must be above the horizon with sky {self.sky}, not {found}")
+            raise InputError(f"daylight: Sun must be above the horizon with sky {self.sky}, not {found}",
+                             parameter="sun")
         for name in ("sky_illuminance", "sun_illuminance"):
             value = getattr(self, name)
             if value is not None and not 0 <= value <= BRIGHTEST:
                 raise InputError(f"daylight: {name.capitalize().replace('_', ' ')} must be at least 0 and at most "
-                                 f"{BRIGHTEST:g}, not {value!r}")
+                                 f"{BRIGHTEST:g}, not {value!r}", parameter=name)
         if self.sun_illuminance and self.sun is None:
-            raise InputError("daylight: Sun illuminance must have a sun, not be alone")
+            raise InputError("daylight: Sun illuminance must have a sun, not be alone", parameter="sun_illuminance")
         if not 0 <= self.ground <= 1:
             raise InputError(f"daylight: Ground must be 0 to 1, not {self.ground!r}")
         if (self.weather is not None) != (self.sky == "perez"):
             raise InputError(f"daylight: Weather must be given with sky perez alone, not with sky {self.sky}"
-                             if self.weather else "daylight: Weather must be given with sky perez, not be missing")
+                             if self.weather else "daylight: Weather must be given with sky perez, not be missing",
+                             parameter="weather")
         if self.weather is not None:
             self._weather.check()
 

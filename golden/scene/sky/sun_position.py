@@ -36,12 +36,13 @@ def sun_position(moment: datetime, latitude: float, longitude: float) -> tuple[f
     """
     if moment.tzinfo is None:
         raise InputError(f"sun: Date must have an offset from UTC, as 2026-06-21T12:00+02:00 has, not be "
-                         f"{moment.isoformat()!r}")
+                         f"{moment.isoformat()!r}", parameter="date")
     if not _YEARS[0] <= moment.year <= _YEARS[1]:
-        raise InputError(f"sun: Date must be in {_YEARS[0]} to {_YEARS[1]}, not {moment.isoformat()!r}")
+        raise InputError(f"sun: Date must be in {_YEARS[0]} to {_YEARS[1]}, not {moment.isoformat()!r}",
+                         parameter="date")
     if not (-90 <= latitude <= 90 and -180 <= longitude <= 180):
         raise InputError(f"sun: Place must be a latitude of -90 to 90 and a longitude of -180 to 180, not "
-                         f"{latitude!r},{longitude!r}")
+                         f"{latitude!r},{longitude!r}", parameter="place")
     days = (moment - _J2000).total_seconds() / 86400
     mean_longitude = 280.460 + 0.9856474 * days
     anomaly = np.radians(357.528 + 0.9856003 * days)

@@ -44,7 +44,7 @@ class Weather:
         """Raise `InputError` if an irradiance is out of range."""
         if not (0 <= self.direct <= _EXTRATERRESTRIAL and 0 < self.diffuse <= _EXTRATERRESTRIAL):
             raise InputError(f"daylight: Weather must be two irradiances of up to {_EXTRATERRESTRIAL:g} W/m2, the "
-                             f"diffuse one above 0, not {self.direct!r},{self.diffuse!r}")
+                             f"diffuse one above 0, not {self.direct!r},{self.diffuse!r}", parameter="weather")
 
     @property
     def clearness(self) -> float:

@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 
 from golden.light.analytic import polygon_to_polygon
-from golden.light.factors.meshes import geometry_scene
+from golden.scene.geometry import geometry_scene
 from radiosity.benchmarks.view_factor_cases import HIDDEN, OPEN, Case, box_in_box, visible_factor
 from tb.golden.light.factors.samples import three_sides
 

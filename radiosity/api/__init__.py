@@ -1,0 +1,1 @@
+"""Functions of the public interface, over what the packages have."""

@@ -1,0 +1,108 @@
+"""The public names: what they load, what they accept, what they refuse."""
+
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import radiosity
+
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+# Two squares as points and faces, the second one above the first.
+POINTS = np.array([*SQUARE, *((x, y, 1) for x, y, _ in SQUARE)], dtype=float)
+FACES = [[0, 1, 2, 3], [7, 6, 5, 4]]
+
+
+def test_public_names_load_nothing_of_the_machine():
+    """And the package itself nothing at all, not even numpy."""
+    program = ("import sys, radiosity\n"
+               "print(*(name for name in ('numpy', 'golden') if name in sys.modules))\n"
+               "for name in radiosity.__all__: getattr(radiosity, name)\n"
+               "print(*(name for name in sys.modules if name.startswith(('hw', 'amaranth', 'golden.ctu', 'golden.icu', "
+               "'golden.jobs', 'golden.machines', 'golden.memsys', 'golden.schedule'))))")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "\n\n"
+
+
+def test_every_public_name_is_there():
+    assert set(radiosity.__all__) <= set(dir(radiosity))
+    with pytest.raises(AttributeError, match="has no attribute 'scene_of'"):
+        _ = radiosity.scene_of
+
+
+def test_points_and_faces_are_the_corners_that_they_name():
+    scene = radiosity.Scene.from_arrays(POINTS, FACES, names=["floor", "lid"])
+    np.testing.assert_array_equal(scene.vertices, POINTS[np.array(FACES)])
+    np.testing.assert_array_equal(scene.normals, [(0, 0, 1), (0, 0, -1)])
+    assert [material.name for material in scene.materials] == ["floor", "lid"]
+    assert repr(scene) == "<Scene 'facets': 2 patches, 2 materials, 0 lights, 1 x 1 x 1>"
+
+
+def test_a_mesh_of_pyvista_is_its_faces():
+    """Of triangles and quadrilaterals, as `pyvista.PolyData` lists them; names from an array of cells."""
+    mesh = SimpleNamespace(points=POINTS, faces=np.array([4, 0, 1, 2, 3, 3, 7, 6, 5]), cell_data={"part": ["a", "b"]})
+    scene = radiosity.Scene.from_pyvista(mesh, names="part")
+    np.testing.assert_array_equal(scene.vertices, POINTS[[[0, 1, 2, 3], [7, 6, 5, 5]]])
+    assert scene.is_triangle.tolist() == [False, True]
+    mesh.faces = np.array([5, 0, 1, 2, 3, 4])
+    with pytest.raises(radiosity.InputError, match="three or four corners, not 5"):
+        radiosity.Scene.from_pyvista(mesh)
+
+
+@pytest.mark.parametrize(("call", "parameter"), [
+    (lambda: radiosity.load("furnace:1", zenith=(0, 0, 0)), "zenith"),
+    (lambda: radiosity.Scene.from_arrays(POINTS, [[0, 1, 2, 8]]), "faces"),
+    (lambda: radiosity.Scene.from_arrays(POINTS, FACES, names=["floor"]), "names"),
+    (lambda: radiosity.Scene.from_arrays(POINTS, FACES, two_sided=2), "two_sided"),
+    (lambda: radiosity.Camera(eye=(0, 0, 0), target=(0, 0, 0)), "target"),
+    (lambda: radiosity.Rays([[0, 0, np.nan]], [[0, 0, 1]]), None),
+    (lambda: radiosity.render(radiosity.load("furnace:1"), size=(True, 4)), "width"),
+    (lambda: radiosity.render(radiosity.load("furnace:1"), size=7), "size"),
+    (lambda: radiosity.render(radiosity.load("furnace:1"), samples=3), "samples"),
+    (lambda: radiosity.render(radiosity.load("furnace:1"), jobs=True), "jobs"),
+    (lambda: radiosity.view_factors(SQUARES, error=1.0), "error"),
+    (lambda: radiosity.view_factors(SQUARES, seed=True), "seed"),
+    (lambda: radiosity.view_factors(SQUARES, unit="mile"), "unit"),
+    (lambda: radiosity.cast(radiosity.load("furnace:1"), RAYS, method="magic"), "method"),
+    (lambda: radiosity.cast(radiosity.load("furnace:1"), RAYS, jobs=0), "jobs"),
+    (lambda: radiosity.sky(radiosity.load("furnace:1"), "blue"), "sky"),
+    (lambda: radiosity.sky(radiosity.load("furnace:1"), place=(48, 11)), "date")])
+def test_an_input_error_is_a_value_error_that_names_its_parameter(call, parameter):
+    with pytest.raises(ValueError, match=r"^[^\n]+$") as caught:
+        call()
+    assert isinstance(caught.value, radiosity.InputError)
+    assert caught.value.parameter == parameter
+
+
+SQUARES = POINTS[np.array(FACES)]
+RAYS = radiosity.Rays([[0.5, 0.5, 0.5]], [[0, 0, 1]])
+
+
+def test_numbers_of_numpy_are_numbers():
+    picture = radiosity.render(radiosity.load("furnace:1"), size=np.array([3, 2]), samples=np.int64(1),
+                               rays=(np.int64(16), 4), elements=np.int32(6), jobs=np.int64(1), seed=np.uint8(3))
+    assert picture.image.shape == (2, 3, 3)
+    assert picture.statistics.total.rays == sum(count.rays for count in picture.statistics.rays.values())
+    assert picture.statistics.rays["primary"].rays == 6
+    assert repr(picture).startswith("<RenderResult: 3 x 2 pixels, ")
+
+
+def test_exchange_takes_values_by_the_names_of_surfaces():
+    factors = radiosity.view_factors(SQUARES, names=["floor", "lid"])
+    by_name = factors.exchange(temperature={"floor": 300}, emissivity={"floor": 0.9, "lid": 0.8}, flux={"lid": 0},
+                               sky_temperature=200)
+    by_patch = factors.exchange(temperature=[300, np.nan], emissivity=[0.9, 0.8], flux=[np.nan, 0], sky_temperature=200)
+    np.testing.assert_array_equal(by_name.temperature, by_patch.temperature)
+    with pytest.raises(radiosity.InputError, match="not of 'roof'") as caught:
+        factors.exchange(temperature={"roof": 1}, emissivity=1)
+    assert caught.value.parameter == "temperature"
+
+
+def test_a_ray_hits_the_nearest_patch_or_any_one():
+    scene = radiosity.load("furnace:1")
+    hits = radiosity.cast(scene, RAYS, jobs=1)
+    assert (hits.t.item(), scene.normals[hits.patch.item()].tolist()) == (0.5, [0, 0, -1])
+    blocked = radiosity.cast(scene, radiosity.Rays([[0.5, 0.5, 0.5]], [[0, 0, 1]], tmax=[0.4]), any_hit=True)
+    assert blocked.patch.item() == -1
