@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 
-__all__ = ["compiled", "is_compiler_active"]
+__all__ = ["callback", "compiled", "is_compiler_active"]
 
 
 @cache
@@ -36,3 +36,12 @@ def compiled(function: Callable) -> Callable:
         return function
     from golden.kernel_dispatcher import KernelDispatcher
     return KernelDispatcher(function)
+
+
+def callback(function: Callable) -> Callable:
+    """Compile a function, as `compiled` does, for a C library to call with one address; its own is its ``address``.
+
+    For the function the address is a pointer to others, ``numba.types.uintp``.
+    """
+    from golden.kernel_dispatcher import CallbackDispatcher
+    return CallbackDispatcher(function)

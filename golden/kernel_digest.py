@@ -59,6 +59,9 @@ class _Digest:
         elif hasattr(value, "py_func"):
             self._put("compiled", sorted(value.targetoptions.items()))
             self._add_function(value.py_func)
+        elif isinstance(getattr(value, "__wrapped__", None), FunctionType):  # it writes machine code
+            self._put("intrinsic")
+            self._add_function(value.__wrapped__)
         elif not self._is_own(value):
             # The versions of other packages are in the names of the files of machine code.
             self._put("other", getattr(value, "__module__", None), getattr(value, "__qualname__", repr(value)))

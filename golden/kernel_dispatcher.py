@@ -1,11 +1,13 @@
 """Kernel dispatcher: compiles a function for types of arguments, with and without an entry for Python."""
 
+from functools import cached_property
+
 from numba.core.registry import CPUDispatcher
-from numba.core.types import unliteral
+from numba.core.types import CPointer, uintp, unliteral
 
 from golden.kernel_cache import KernelCache
 
-__all__ = ["KernelDispatcher"]
+__all__ = ["CallbackDispatcher", "KernelDispatcher"]
 
 # Arithmetic of numpy, beside other threads; no entry for C, from which nothing calls.
 _OPTIONS = {"nopython": True, "boundscheck": None, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
@@ -36,3 +38,19 @@ class KernelDispatcher(CPUDispatcher):
     def get_overload(self, sig):
         """What another kernel calls."""
         return super().get_overload(sig) if self._twin is None else self._twin.get_overload(sig)
+
+
+class CallbackDispatcher(CPUDispatcher):
+    """A compiled function of one pointer, as C calls it."""
+
+    def __init__(self, py_func):
+        super().__init__(py_func, {}, {**_WITHOUT_ENTRY, "no_cfunc_wrapper": False})
+        self._cache = KernelCache(self)
+
+    @cached_property
+    def address(self) -> int:
+        """Where it is; it is compiled when this is first read."""
+        arguments = CPointer(uintp),
+        self.compile(arguments)
+        result = self.overloads[arguments]
+        return result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)

@@ -1,101 +1,126 @@
-"""Casting with Embree, in single precision."""
+"""Casting with Embree, whose finds are judged in float64."""
+
+import ctypes
+from dataclasses import replace
+from functools import cached_property
+from importlib import import_module
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
-from golden.cast.known_patches import hits_of_patches
+from golden.cast.embree_library import embree_library, has_embree
+from golden.cast.outline import narrowest, widened
 from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
+from golden.cast.shared_grid import shared_grid
+from golden.errors import InputError
 from golden.oracle import Oracle
+from golden.scene.overlaps import overlaps
 from golden.scene.scene import Scene
 
 __all__ = ["Embree"]
 
-# Least distance of a hit, and how far a ray goes on behind a patch that it never hits, as shares of the scene's size;
-# each time twice as far.
-STEP = 2.0**-20
-# Most patches in a row that a ray never hits.
-MOST_SKIPPED = 16
-# Rays per call.
-BLOCK = 1 << 16
+# In the scene's sizes: how far rays start above their sources, and how far behind that hits may be; how far patches
+# are widened; and by how much less deep than another a hit is if Embree separates them.
+RISE, BACK, WIDTH, SLACK = 2.0**-23, 2.0**-24, 2.0**-19, 2.0**-16
+# Least rays of a compiled call, and calls per thread.
+FEWEST, SHARES = 1 << 12, 8
 
 
 class Embree(RayCaster):
-    """Casts over two triangles per quadrilateral, with the scene moved to the origin and scaled to a unit cube.
+    """Casts with the hits of `golden.cast.grid.Grid`: Embree finds the patches in float32, float64 judges them.
 
-    Single precision keeps positions to 2^-24 of the scene's size: rays near an edge, patches nearly at one depth and
-    gaps below 2^-20 of the scene's size may differ from ``naive``.
+    The band of float32: with the scene's middle at the origin and its size 1 a coordinate is at most 0.5 and rounds by
+    2^-26. The rounding of a ray's start, of its direction over a length of up to 2, of the corners, and of Embree's
+    differences, products and sums of them each moves an edge, as the ray sees it, by at most 2^-24 or twice that:
+    together by less than 2^-21.
+
+    Embree has each patch 2^-19 wider on all sides than it is, so that a ray between two patches meets both. A hit
+    counts where it is as far again within the patch. If it is nearer to the border, or the patch overlaps another one
+    in its plane, every patch that Embree finds along the ray is judged by the oracle's test; and a ray that passed
+    beside one of them is cast by grid. So no ray leaks through edges, and of equally near patches the first one wins.
+
+    A ray starts 2^-23 above its source. What may remain are differences where float32 does not separate two patches: a
+    ray that meets two of one depth, farther than the band from the border of one, or starts that near to another patch.
 
     Parameters
     ----------
     scene
         The patches.
+    jobs
+        Threads, at least 1; the hits do not depend on it. Default: one per processor that this process may use.
 
     Raises
     ------
     ModuleNotFoundError
-        embreex is not installed.
+        There is no wheel of embreex, or no numba.
     InputError
-        Float64 does not resolve the scene.
+        Jobs out of range, float64 does not resolve the scene, or the compiler is switched off.
     """
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene, *, jobs: int | None = None):
+        library = embree_library()
+        if not has_embree():
+            import_module("numba")
+            raise InputError("Method embree needs numba's compiler, which NUMBA_DISABLE_JIT switches off")
+        from golden.cast import embree_kernel
+        from golden.cast.embree_scene import EmbreeScene
+
+        super().__init__(jobs)
         self.oracle = Oracle(scene)
-        second = np.flatnonzero(~scene.is_triangle)
-        triangles = np.concatenate([scene.vertices[:, :3], scene.vertices[second][:, [0, 2, 3]]])
-        self._patch = np.append(np.concatenate([np.arange(len(scene)), second]), -1).astype(np.int32)
-        self._embree = EmbreeScene()
-        # The scene does not hold its mesh.
-        self._mesh = TriangleMesh(self._embree, self._unit(triangles).reshape(-1, 3).astype(np.float32),
-                                  np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
+        centre, size = scene.bounds.mean(axis=0), scene.size
+        self._scene = EmbreeScene((widened(scene, WIDTH * size) - centre) / size)
+        self._kernel = embree_kernel
+        nearest, blocked = (ctypes.cast(query, ctypes.c_void_p).value
+                            for query in (library.rtcIntersect1, library.rtcOccluded1))
+        normals = np.zeros((max(scene.surface.max(), 0) + 1, 3))
+        normals[scene.surface] = scene.normals
+        self._model = embree_kernel.Model(
+            nearest=nearest, blocked=blocked, judge=embree_kernel.judge.address, scene=self._scene.address,
+            centre=centre, size=size, rise=RISE, back=BACK, slack=SLACK, least=self.oracle.nearest,
+            vertices=scene.vertices, patches=_patches(scene), normals=normals)
 
-    def _unit(self, points):
-        """Points in the unit cube of the scene box."""
-        return (points - self.oracle.scene.bounds[0]) / self.oracle.scene.size
+    @cached_property
+    def _grid(self):
+        """The caster of rays that Embree leaves undecided."""
+        return shared_grid(self.oracle.scene, self.jobs)
 
-    @property
-    def least(self) -> float:
-        """What single precision resolves."""
-        return STEP * self.oracle.scene.size
-
-    def nearest(self, rays: Rays) -> Hits:
-        """The nearest hit of each ray before its ``tmax``; t, u and v in float64 on the patch that Embree finds."""
-        unknown = np.zeros(len(rays), dtype=np.int64)
-        return hits_of_patches(self.oracle, rays, self.nearest_patches(rays), tests=unknown, steps=unknown)
-
-    def nearest_patches(self, rays: Rays) -> np.ndarray:
-        """The patch that each ray hits first, R int32, or -1."""
-        self.oracle.check(rays)
-        patch = np.empty(len(rays), dtype=np.int32)
-        for first in range(0, len(rays), BLOCK):
-            patch[first:first + BLOCK] = self._first_patches(rays[slice(first, first + BLOCK)])
-        return patch
+    def _nearest(self, rays):
+        return self._cast(rays, any_hit=False)
 
     def any_hit(self, rays: Rays) -> Hits:
-        """A hit of each ray before its ``tmax``: here the nearest one."""
-        return self.nearest(rays)
+        """Some hit of each ray before its ``tmax``."""
+        return self._cast(rays, any_hit=True)
 
-    def _first_patches(self, rays):
-        """The first patch of each ray, R int32, or -1."""
-        surface, found = self.oracle.scene.surface, np.full(len(rays), -1, dtype=np.int32)
-        origin, length = self._unit(rays.origin), np.linalg.norm(rays.direction, axis=1)
-        direction, end = rays.direction / length[:, None], rays.tmax * length / self.oracle.scene.size
-        live, gone, step = np.arange(len(rays)), np.zeros(len(rays)), STEP
-        for _ in range(MOST_SKIPPED):
-            start = origin[live] + gone[live, None] * direction[live]
-            left = np.minimum(end[live] - gone[live], np.finfo(np.float32).max).astype(np.float32)
-            answer = self._embree.run(start.astype(np.float32), direction[live].astype(np.float32), dists=left,
-                                      output=1)
-            patch = self._patch[answer["primID"]]
-            own = (surface[patch] == rays.source[live]) | (surface[patch] == rays.target[live])
-            own |= gone[live] + answer["tfar"] < STEP
-            met = patch >= 0
-            found[live[met & ~own]] = patch[met & ~own]
-            live, again = live[met & own], answer["tfar"][met & own]
-            if not len(live):
-                break
-            gone[live] += again + step
-            live = live[gone[live] < end[live]]
-            step *= 2
-        return found
+    def _cast(self, rays, *, any_hit):
+        self.oracle.check(rays)
+        count = len(rays)
+        patch, t, u, v = np.empty(count, dtype=np.int32), *np.empty((3, count))
+
+        def part(rows):
+            self._kernel.cast(self._model, any_hit, rays.origin[rows], rays.direction[rows], rays.source[rows],
+                              rays.target[rows], rays.tmax[rows], patch[rows], t[rows], u[rows], v[rows])
+
+        self._in_threads(part, count, least=FEWEST, shares=SHARES * self.jobs)
+        rows = np.flatnonzero(patch == self._kernel.UNDECIDED)
+        if len(rows):
+            hits = self._grid.any_hit(rays[rows]) if any_hit else self._grid.nearest(rays[rows])
+            patch[rows], t[rows], u[rows], v[rows] = hits.patch, hits.t, hits.u, hits.v
+        unknown = np.zeros(count, dtype=np.int64)
+        return Hits(patch=patch, t=t, u=u, v=v, tests=unknown, steps=unknown)
+
+
+def _patches(scene):
+    """See `golden.cast.embree_kernel.Model`."""
+    a, b, c = (scene.vertices[:, corner] - scene.vertices[:, 0] for corner in (1, 2, 3))
+    normal = np.maximum(*(np.linalg.norm(np.cross(one, other), axis=1) for one, other in ((a, b), (b, c))))
+    fields = np.empty((len(scene), 4), dtype=np.float32)
+    fields.view(np.int32)[:, 0] = scene.surface
+    fields[:, 1] = scene.is_triangle
+    # Of a direction whose largest component is 1 the length is at most 2.
+    with np.errstate(divide="ignore", over="ignore"):
+        share = 2 * WIDTH * scene.size / narrowest(scene)
+        fields[:, 2] = np.minimum(share, 1)
+        fields[:, 3] = np.minimum(2 * share * (normal / scene.size**2), 1e30)
+    # Whichever way they face.
+    fields[overlaps(replace(scene, two_sided=np.ones(len(scene), dtype=bool))).reshape(-1), 2] = 1
+    return fields

@@ -1,8 +1,6 @@
 """The conventional technique: each ray traverses a uniform grid until its first hit, in float64."""
 
-from copy import copy
 from functools import cached_property
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +10,8 @@ from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
 from golden.compiled import is_compiler_active
 from golden.oracle import Oracle, ShearedRays
-from golden.processors import threads_of
 from golden.scene.cells import FINEST, Cells, balanced_cell
 from golden.scene.scene import Scene
-from golden.spread import in_threads
 from golden.stage_progress import StageProgress
 
 __all__ = ["Grid"]
@@ -66,7 +62,7 @@ class Grid(RayCaster):
 
     def __init__(self, scene: Scene, cell: float | None = None, *, jobs: int | None = None,
                  compiled: bool | None = None, progress: bool = False):
-        self.jobs = threads_of(jobs)
+        super().__init__(jobs)
         self._compiled = is_compiler_active() if compiled is None else compiled
         self.oracle = Oracle(scene)
         with StageProgress("grid", EXPECTED, shown=progress) as bar:
@@ -76,15 +72,6 @@ class Grid(RayCaster):
                 if cell is None:
                     self._choose_cells(_trial_rays(scene))
                 self.nearest(Rays(np.empty((0, 3)), np.empty((0, 3))))
-
-    def with_jobs(self, jobs: int | None) -> "Grid":
-        """The same grid by so many threads."""
-        threads = threads_of(jobs)
-        if threads == self.jobs:
-            return self
-        other = copy(self)
-        other.jobs = threads
-        return other
 
     def _fill(self, cells):
         """Use these cells."""
@@ -144,13 +131,6 @@ class Grid(RayCaster):
 
         self._in_threads(part, count, least=FEWEST, shares=SHARES * self.jobs)
         return Hits(patch=patch, t=t, u=u, v=v, tests=tests, steps=steps)
-
-    def _in_threads(self, part, count, *, least, shares):
-        """Call ``part`` with slices of ``count`` rays; none writes what another reads."""
-        shares = max(1, min(shares, count // least))
-        borders = np.linspace(0, count, shares + 1).astype(int)
-        for _ in in_threads(self.jobs)(lambda begin, end: part(slice(begin, end)), pairwise(borders.tolist())):
-            pass
 
     def _cast_in_blocks(self, rays, any_hit):
         cells = self.cells

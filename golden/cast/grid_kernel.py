@@ -55,7 +55,7 @@ def cast(origin, direction, source, target, tmax, any_hit, nearest, base, margin
                 entry = np.inf
         best, found, tests, steps = tmax[ray], -1, 0, 0
         if entry <= leave and entry < best:
-            kz = _dominant_axis(direction[ray, 0], direction[ray, 1], direction[ray, 2])
+            kz = dominant_axis(direction[ray, 0], direction[ray, 1], direction[ray, 2])
             kx, ky = (kz + 1) % 3, (kz + 2) % 3
             ox, oy, oz = origin[ray, kx], origin[ray, ky], origin[ray, kz]
             sx, sy = direction[ray, kx] / direction[ray, kz], direction[ray, ky] / direction[ray, kz]
@@ -87,7 +87,7 @@ def cast(origin, direction, source, target, tmax, any_hit, nearest, base, margin
                     if tested[patch] == ray or surface[patch] == source[ray] or surface[patch] == target[ray]:
                         continue
                     tested[patch] = ray
-                    met, depth = _meet(vertices, patch, is_triangle[patch], kx, ky, kz, ox, oy, oz, sx, sy)
+                    met, depth = meet(vertices, patch, is_triangle[patch], kx, ky, kz, ox, oy, oz, sx, sy)
                     t = depth * scale
                     if met and t > tmin and (t < best or (t == best and patch < found)):
                         best, found = t, patch
@@ -108,13 +108,13 @@ def cast(origin, direction, source, target, tmax, any_hit, nearest, base, margin
                 count = table[cell, 1]
         u, v = 0.0, 0.0
         if found >= 0:
-            u, v = _uv(vertices, found, is_triangle[found], kx, ky, kz, ox, oy, oz, sx, sy)
+            u, v = position(vertices, found, is_triangle[found], kx, ky, kz, ox, oy, oz, sx, sy)
         patch_of[ray], t_of[ray], u_of[ray], v_of[ray] = found, best if found >= 0 else np.inf, u, v
         tests_of[ray], steps_of[ray] = tests, steps
 
 
 @compiled
-def _dominant_axis(x, y, z):
+def dominant_axis(x, y, z):
     """The axis of the largest component, the first of equal ones."""
     if abs(x) >= abs(y):
         return 0 if abs(x) >= abs(z) else 2
@@ -122,7 +122,7 @@ def _dominant_axis(x, y, z):
 
 
 @compiled
-def _meet(vertices, patch, is_triangle, kx, ky, kz, ox, oy, oz, sx, sy):
+def meet(vertices, patch, is_triangle, kx, ky, kz, ox, oy, oz, sx, sy):
     """Whether a ray is inside a patch, and the depth there."""
     z0, z1, z2 = vertices[patch, 0, kz] - oz, vertices[patch, 1, kz] - oz, vertices[patch, 2, kz] - oz
     x0, y0 = (vertices[patch, 0, kx] - ox) - sx * z0, (vertices[patch, 0, ky] - oy) - sy * z0
@@ -145,7 +145,7 @@ def _meet(vertices, patch, is_triangle, kx, ky, kz, ox, oy, oz, sx, sy):
 
 
 @compiled
-def _uv(vertices, patch, is_triangle, kx, ky, kz, ox, oy, oz, sx, sy):
+def position(vertices, patch, is_triangle, kx, ky, kz, ox, oy, oz, sx, sy):
     """Bilinear coordinates of a ray's hit on a patch."""
     z0, z1, z2 = vertices[patch, 0, kz] - oz, vertices[patch, 1, kz] - oz, vertices[patch, 2, kz] - oz
     x0, y0 = (vertices[patch, 0, kx] - ox) - sx * z0, (vertices[patch, 0, ky] - oy) - sy * z0

@@ -1,5 +1,6 @@
 """Casting methods by name."""
 
+from golden.cast.embree import Embree
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.ray_caster import RayCaster
@@ -8,12 +9,6 @@ from golden.processors import threads_of
 from golden.scene.scene import Scene
 
 __all__ = ["FIXED_METHODS", "FRUSTUM_METHODS", "RAY_METHODS", "frustum_caster", "ray_caster"]
-
-
-def _embree(scene):
-    from golden.cast.embree import Embree
-
-    return Embree(scene)
 
 
 def _shelling(scene, cell=None):
@@ -29,8 +24,8 @@ def _naive_fixed(scene):
 
 
 # Methods that cast any rays; methods in fixed point, which cast frusta only; all that cast frusta.
-# "naive" is brute force in float64, "naive-fixed" brute force in fixed point; "embree" casts in single precision.
-RAY_METHODS = {"grid": Grid, "naive": Naive, "embree": _embree}
+# "naive" is brute force in float64, "naive-fixed" brute force in fixed point.
+RAY_METHODS = {"grid": Grid, "naive": Naive, "embree": Embree}
 FIXED_METHODS = {"shelling": _shelling, "naive-fixed": _naive_fixed}
 FRUSTUM_METHODS = RAY_METHODS | FIXED_METHODS
 
@@ -58,6 +53,8 @@ def ray_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: in
         The number of threads is out of range, whether the method has threads or not.
     """
     threads_of(jobs)
+    if method == "embree":
+        return Embree(scene, jobs=jobs)
     if method != "grid":
         return RAY_METHODS[method](scene)
     if cell is None:

@@ -24,6 +24,7 @@ class Naive(RayCaster):
     """
 
     def __init__(self, scene: Scene):
+        super().__init__(1)
         self.oracle = Oracle(scene)
 
     def _nearest(self, rays):

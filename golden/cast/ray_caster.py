@@ -1,7 +1,9 @@
-"""What casters of single rays share: segments between two points."""
+"""What casters of single rays share: threads, and segments between two points."""
 
 from abc import abstractmethod
+from copy import copy
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -9,12 +11,19 @@ from golden.cast.ray_frusta import RayFrusta
 from golden.cast.rays import Hits, Rays
 from golden.errors import InputError
 from golden.oracle import Oracle
+from golden.processors import threads_of
+from golden.spread import in_threads
 
 __all__ = ["RayCaster"]
 
 
 class RayCaster(RayFrusta):
     """Base class of the casters that cast any rays.
+
+    Parameters
+    ----------
+    jobs
+        Threads that may cast at once, at least 1. Default: one per processor that this process may use.
 
     Members
     -------
@@ -23,16 +32,39 @@ class RayCaster(RayFrusta):
     least
         Least distance of a hit from both ends of a segment, in scene units.
     jobs
-        Threads that may cast at once.
+        See above.
+
+    Raises
+    ------
+    InputError
+        Jobs out of range.
     """
 
     oracle: Oracle
-    jobs: int = 1
+
+    def __init__(self, jobs: int | None):
+        self.jobs = threads_of(jobs)
 
     @property
     def least(self) -> float:
         """That of the oracle."""
         return self.oracle.nearest
+
+    def with_jobs(self, jobs: int | None) -> "RayCaster":
+        """The same caster with so many threads."""
+        threads = threads_of(jobs)
+        if threads == self.jobs:
+            return self
+        other = copy(self)
+        other.jobs = threads
+        return other
+
+    def _in_threads(self, part, count, *, least, shares):
+        """Call ``part`` with slices of ``count`` rays; none writes what another reads."""
+        shares = max(1, min(shares, count // least))
+        borders = np.linspace(0, count, shares + 1).astype(int)
+        for _ in in_threads(self.jobs)(lambda begin, end: part(slice(begin, end)), pairwise(borders.tolist())):
+            pass
 
     def nearest(self, rays: Rays) -> Hits:
         """The nearest hit of each ray before its ``tmax``.

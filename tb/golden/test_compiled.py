@@ -231,14 +231,14 @@ def test_the_folder_is_numbas_variable_or_in_the_users_cache(monkeypatch):
 def test_all_kernels_of_the_project_go_through_compiled_and_are_distinguished():
     sources = {path: path.read_text() for tree in ("golden", "radiosity", "hw") for path in (ROOT / tree).rglob("*.py")}
     users = {path.name for path, text in sources.items() if re.search(r"^\s*(import|from) numba\b", text, re.MULTILINE)}
-    assert users == {"kernel_cache.py", "kernel_dispatcher.py"}
+    assert users == {"kernel_cache.py", "kernel_dispatcher.py", "native.py"}
     found = {}
     for module in pkgutil.walk_packages(golden.__path__, "golden."):
         if module.name != "golden.__main__":
             for name, value in vars(importlib.import_module(module.name)).items():
                 if hasattr(value, "py_func") and value.__module__ == module.name:
                     found[f"{module.name}.{name}"] = kernel_digest(value)
-    assert len(found) == sum(text.count("\n@compiled\n") for text in sources.values())
+    assert len(found) == sum(len(re.findall(r"(?m)^@(?:compiled|callback)$", text)) for text in sources.values())
     assert None not in found.values()
     assert len(set(found.values())) == len(found)
 

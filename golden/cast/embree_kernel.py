@@ -1,0 +1,227 @@
+"""Rays cast by Embree, as compiled functions: each is prepared in float64, and so is what Embree finds for it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from golden.cast.grid_kernel import dominant_axis, meet, position
+from golden.compiled import callback, compiled
+from golden.native import array, call, pointer, prefetch
+
+__all__ = ["UNDECIDED", "Model", "cast", "judge"]
+
+UNDECIDED = -2
+"""Number of the patch of a ray that another caster must decide."""
+
+# Rays between which and the use of what Embree found for them the processor reads the patches found.
+_BATCH = 32
+# Words of eight bytes: Embree's arguments of a query, its context, which the state of a ray follows, and the ray.
+_ARGUMENTS, _STATE, _RAY = 8, 24, 16
+# Words of the state, whole numbers: addresses of the scene's arrays, and what the query is.
+_VERTICES, _PATCHES, _COUNT, _ANY, _SOURCE, _TARGET = 2, 3, 4, 5, 6, 7
+# What the judge has found: a patch, and whether a ray passed beside one.
+_FOUND, _BESIDE = 8, 9
+# And float64: the ray, its limits, the best t, and the length of the direction where Embree's is about one.
+_ORIGIN, _DIRECTION, _LEAST, _BEST, _UNIT, _BEGIN, _SLACK = 10, 13, 16, 17, 18, 19, 20
+# Words of four bytes of Embree's ray.
+_END, _MASK, _MET, _GEOMETRY = 8, 9, 17, 18
+# What has no number, in 32 bits.
+_NONE = np.uint32(0xFFFFFFFF)
+# All that a query may use, and that its arguments have a filter, as the flags of the arguments.
+_WITH_FILTER, _WITHOUT = (0xFFFFFFFF << 32) | 2, 0xFFFFFFFF << 32
+# Embree's largest float32 of all.
+_FAR = 3e38
+
+
+class Model(NamedTuple):
+    """A scene in Embree's memory, and what judges the hits.
+
+    Parameters
+    ----------
+    nearest, blocked, judge
+        Addresses of Embree's two queries and of `judge`.
+    scene
+        Address of its scene: the patches, moved by ``-centre`` and divided by ``size``, somewhat widened.
+    centre, size
+        3 float64 and float64.
+    rise, back, slack
+        In the scene's sizes: how far a ray starts above its source, how far behind that a hit may be, and how much
+        nearer than another hit one must be for Embree to tell.
+    least
+        Least distance of a hit, in scene units.
+    vertices
+        N x 4 x 3 float64 corners.
+    patches
+        N x 4 float32: the number of the surface as int32, 1 for a triangle, the share of a patch that is near its
+        border, and the least product of that share and of Embree's normal and direction for a hit to count untested.
+    normals
+        A normal for each number of a surface, S x 3.
+    """
+
+    nearest: int
+    blocked: int
+    judge: int
+    scene: int
+    centre: np.ndarray
+    size: float
+    rise: float
+    back: float
+    slack: float
+    least: float
+    vertices: np.ndarray
+    patches: np.ndarray
+    normals: np.ndarray
+
+
+@callback
+def judge(arguments):
+    """What Embree calls with each patch that it finds: another one than a ray's own counts if the oracle says so.
+
+    A patch that the ray hits between its middle and the band of float32 along its border counts at once, if any patch
+    will do.
+    """
+    valid, found = pointer(arguments[0], np.int32), pointer(arguments[4], np.float32)
+    whole, real = pointer(arguments[2], np.int64), pointer(arguments[2], np.float64)
+    ray = pointer(arguments[3], np.float32)
+    patch = np.intp(pointer(arguments[4], np.int32)[5])
+    fields = pointer(np.uintp(whole[_PATCHES]), np.float32)
+    surface = pointer(np.uintp(whole[_PATCHES]), np.int32)[4 * patch]
+    if surface == whole[_SOURCE] or surface == whole[_TARGET]:
+        valid[0] = 0
+        return
+    if whole[_ANY] != 0:
+        u, v = found[3], found[4]
+        inner = min(u, v, 1 - u - v) if fields[4 * patch + 1] != 0 else min(u, v, 1 - u, 1 - v)
+        slope = abs(found[0] * ray[4] + found[1] * ray[5] + found[2] * ray[6])
+        if inner * slope > fields[4 * patch + 3] and real[_SLACK] < ray[_END] < (
+                real[_BEST] * real[_UNIT] - real[_BEGIN] - real[_SLACK]):
+            whole[_FOUND] = patch
+            return
+    vertices = array(pointer(np.uintp(whole[_VERTICES]), np.float64), (whole[_COUNT], 4, 3))
+    kz = dominant_axis(real[_DIRECTION], real[_DIRECTION + 1], real[_DIRECTION + 2])
+    kx, ky = (kz + 1) % 3, (kz + 2) % 3
+    scale = real[_DIRECTION + kz]
+    met, depth = meet(vertices, patch, fields[4 * patch + 1] != 0, kx, ky, kz, real[_ORIGIN + kx], real[_ORIGIN + ky],
+                      real[_ORIGIN + kz], real[_DIRECTION + kx] / scale, real[_DIRECTION + ky] / scale)
+    t = depth * (1 / scale)
+    if not met:
+        whole[_BESIDE] = 1
+    elif t > real[_LEAST] and (t < real[_BEST] or (t == real[_BEST] and patch < whole[_FOUND])):
+        real[_BEST], whole[_FOUND] = t, patch
+        # Embree goes on to those that are nearly as near.
+        ray[_END] = np.float32(t * real[_UNIT] - real[_BEGIN] + real[_SLACK])
+        return
+    valid[0] = 0
+
+
+@compiled
+def _start(model, origin, direction, source, target, tmax, row, whole, real, ray):
+    """Write the state of a ray, and the ray in float32; whether it may meet the scene."""
+    dx, dy, dz = direction[row, 0], direction[row, 1], direction[row, 2]
+    real[_ORIGIN], real[_ORIGIN + 1], real[_ORIGIN + 2] = origin[row, 0], origin[row, 1], origin[row, 2]
+    real[_DIRECTION], real[_DIRECTION + 1], real[_DIRECTION + 2] = dx, dy, dz
+    real[_LEAST], real[_BEST] = model.least / np.sqrt(dx * dx + dy * dy + dz * dz), tmax[row]
+    whole[_SOURCE], whole[_TARGET], whole[_FOUND], whole[_BESIDE] = source[row], target[row], -1, 0
+    largest, share = max(abs(dx), abs(dy), abs(dz)), 1 / model.size
+    inverse = 1 / largest
+    dx, dy, dz = dx * inverse, dy * inverse, dz * inverse
+    px = (origin[row, 0] - model.centre[0]) * share
+    py = (origin[row, 1] - model.centre[1]) * share
+    pz = (origin[row, 2] - model.centre[2]) * share
+    own, begin = source[row], 0.0
+    if 0 <= own < len(model.normals):
+        nx, ny, nz = model.normals[own, 0], model.normals[own, 1], model.normals[own, 2]
+        rise = model.rise if nx * dx + ny * dy + nz * dz > 0 else -model.rise
+        px, py, pz = px + rise * nx, py + rise * ny, pz + rise * nz
+    if max(abs(px), abs(py), abs(pz)) > 1:
+        # A ray from outside starts a scene's size before the scene: float32 keeps no more of it.
+        begin = max((px * dx + py * dy + pz * dz) / -(dx * dx + dy * dy + dz * dz) - 2, 0.0)
+        px, py, pz = px + begin * dx, py + begin * dy, pz + begin * dz
+        if max(abs(px), abs(py), abs(pz)) > 4:
+            return False
+    real[_UNIT], real[_BEGIN] = largest * share, begin
+    ray[0], ray[1], ray[2], ray[3], ray[4], ray[5], ray[6], ray[7] = px, py, pz, -model.back, dx, dy, dz, 0
+    ray[_END] = min(tmax[row] * real[_UNIT] - begin + model.slack, _FAR)
+    bits = ray.view(np.uint32)
+    bits[_MASK], bits[10], bits[11], bits[_GEOMETRY], bits[19], bits[20] = _NONE, 0, 0, _NONE, _NONE, _NONE
+    return ray[_END] > 0
+
+
+@compiled
+def cast(model, any_hit, origin, direction, source, target, tmax, patch_of, t_of, u_of, v_of):
+    """Cast R rays.
+
+    Parameters
+    ----------
+    model
+        The scene.
+    any_hit
+        Any hit will do.
+    origin, direction, source, target, tmax
+        The rays, see `golden.cast.rays.Rays`.
+    patch_of, t_of, u_of, v_of
+        The hits, see `golden.cast.rays.Hits`, which are written; `UNDECIDED` for the patch of a ray that passes beside
+        one of which it has no hit.
+    """
+    memory = np.zeros(_ARGUMENTS + _STATE + _RAY + 8, dtype=np.int64)
+    # As the lines of a cache.
+    arguments = memory[(-memory.ctypes.data) % 64 // 8:]
+    whole = arguments[_ARGUMENTS:_ARGUMENTS + _STATE]
+    real, ray = whole.view(np.float64), arguments[_ARGUMENTS + _STATE:_ARGUMENTS + _STATE + _RAY].view(np.float32)
+    bits = ray.view(np.uint32)
+    arguments[1], arguments[2] = whole.ctypes.data, model.judge
+    # No instance.
+    whole[0] = -1
+    whole[_VERTICES], whole[_PATCHES] = model.vertices.ctypes.data, model.patches.ctypes.data
+    whole[_COUNT], whole[_ANY], real[_SLACK] = len(model.vertices), any_hit, model.slack
+    query, surfaces = model.blocked if any_hit else model.nearest, model.patches.view(np.int32)
+    arguments[0] = _WITH_FILTER if any_hit else _WITHOUT
+    at, begin = arguments.ctypes.data, 0
+    while begin < len(origin):
+        end = min(begin + _BATCH, len(origin))
+        for row in range(begin, end):
+            patch = -1
+            if _start(model, origin, direction, source, target, tmax, row, whole, real, ray):
+                call(query, model.scene, ray.ctypes.data, at)
+                if any_hit:
+                    patch = whole[_FOUND] if whole[_FOUND] >= 0 or not whole[_BESIDE] else UNDECIDED
+                elif bits[_GEOMETRY] != _NONE:
+                    patch = np.int64(bits[_MET])
+            patch_of[row] = patch
+            if patch >= 0:
+                line = model.vertices.ctypes.data + 96 * patch
+                prefetch(line)
+                prefetch(line + 95)
+        for row in range(begin, end):
+            patch, t, u, v = patch_of[row], np.inf, 0.0, 0.0
+            if patch >= 0:
+                kz = dominant_axis(direction[row, 0], direction[row, 1], direction[row, 2])
+                kx, ky = (kz + 1) % 3, (kz + 2) % 3
+                ox, oy, oz = origin[row, kx], origin[row, ky], origin[row, kz]
+                scale = 1 / direction[row, kz]
+                sx, sy = direction[row, kx] / direction[row, kz], direction[row, ky] / direction[row, kz]
+                triangle, border = model.patches[patch, 1] != 0, model.patches[patch, 2]
+                met, depth = meet(model.vertices, patch, triangle, kx, ky, kz, ox, oy, oz, sx, sy)
+                t = depth * scale
+                u, v = position(model.vertices, patch, triangle, kx, ky, kz, ox, oy, oz, sx, sy)
+                if not any_hit:
+                    across = u * (1 - v) if triangle else u
+                    beside = (1 - u) * (1 - v) if triangle else min(1 - u, 1 - v)
+                    own = surfaces[patch, 0] == source[row] or surfaces[patch, 0] == target[row]
+                    sure = met and not own and min(across, beside, v) > border
+                    unit = max(abs(direction[row, 0]), abs(direction[row, 1]), abs(direction[row, 2])) / model.size
+                    if not (sure and t * unit > model.slack and t < tmax[row]):
+                        # Each patch on the way is judged.
+                        arguments[0], patch, t, u, v = _WITH_FILTER, UNDECIDED, np.inf, 0.0, 0.0
+                        if _start(model, origin, direction, source, target, tmax, row, whole, real, ray):
+                            call(query, model.scene, ray.ctypes.data, at)
+                        if not whole[_BESIDE]:
+                            patch = whole[_FOUND]
+                        if patch >= 0:
+                            t = real[_BEST]
+                            u, v = position(model.vertices, patch, model.patches[patch, 1] != 0, kx, ky, kz, ox, oy, oz,
+                                            sx, sy)
+                        arguments[0] = _WITHOUT
+                patch_of[row] = patch
+            t_of[row], u_of[row], v_of[row] = t, u, v
+        begin = end
