@@ -115,39 +115,6 @@ def judge(arguments):
 
 
 @compiled
-def _start(model, origin, direction, source, target, tmax, row, whole, real, ray):
-    """Write the state of a ray, and the ray in float32; whether it may meet the scene."""
-    dx, dy, dz = direction[row, 0], direction[row, 1], direction[row, 2]
-    real[_ORIGIN], real[_ORIGIN + 1], real[_ORIGIN + 2] = origin[row, 0], origin[row, 1], origin[row, 2]
-    real[_DIRECTION], real[_DIRECTION + 1], real[_DIRECTION + 2] = dx, dy, dz
-    real[_LEAST], real[_BEST] = model.least / np.sqrt(dx * dx + dy * dy + dz * dz), tmax[row]
-    whole[_SOURCE], whole[_TARGET], whole[_FOUND], whole[_BESIDE] = source[row], target[row], -1, 0
-    largest, share = max(abs(dx), abs(dy), abs(dz)), 1 / model.size
-    inverse = 1 / largest
-    dx, dy, dz = dx * inverse, dy * inverse, dz * inverse
-    px = (origin[row, 0] - model.centre[0]) * share
-    py = (origin[row, 1] - model.centre[1]) * share
-    pz = (origin[row, 2] - model.centre[2]) * share
-    own, begin = source[row], 0.0
-    if 0 <= own < len(model.normals):
-        nx, ny, nz = model.normals[own, 0], model.normals[own, 1], model.normals[own, 2]
-        rise = model.rise if nx * dx + ny * dy + nz * dz > 0 else -model.rise
-        px, py, pz = px + rise * nx, py + rise * ny, pz + rise * nz
-    if max(abs(px), abs(py), abs(pz)) > 1:
-        # A ray from outside starts a scene's size before the scene: float32 keeps no more of it.
-        begin = max((px * dx + py * dy + pz * dz) / -(dx * dx + dy * dy + dz * dz) - 2, 0.0)
-        px, py, pz = px + begin * dx, py + begin * dy, pz + begin * dz
-        if max(abs(px), abs(py), abs(pz)) > 4:
-            return False
-    real[_UNIT], real[_BEGIN] = largest * share, begin
-    ray[0], ray[1], ray[2], ray[3], ray[4], ray[5], ray[6], ray[7] = px, py, pz, -model.back, dx, dy, dz, 0
-    ray[_END] = min(tmax[row] * real[_UNIT] - begin + model.slack, _FAR)
-    bits = ray.view(np.uint32)
-    bits[_MASK], bits[10], bits[11], bits[_GEOMETRY], bits[19], bits[20] = _NONE, 0, 0, _NONE, _NONE, _NONE
-    return ray[_END] > 0
-
-
-@compiled
 def cast(model, any_hit, origin, direction, source, target, tmax, patch_of, t_of, u_of, v_of):
     """Cast R rays.
 
@@ -167,61 +134,100 @@ def cast(model, any_hit, origin, direction, source, target, tmax, patch_of, t_of
     # As the lines of a cache.
     arguments = memory[(-memory.ctypes.data) % 64 // 8:]
     whole = arguments[_ARGUMENTS:_ARGUMENTS + _STATE]
-    real, ray = whole.view(np.float64), arguments[_ARGUMENTS + _STATE:_ARGUMENTS + _STATE + _RAY].view(np.float32)
-    bits = ray.view(np.uint32)
     arguments[1], arguments[2] = whole.ctypes.data, model.judge
     # No instance.
     whole[0] = -1
     whole[_VERTICES], whole[_PATCHES] = model.vertices.ctypes.data, model.patches.ctypes.data
-    whole[_COUNT], whole[_ANY], real[_SLACK] = len(model.vertices), any_hit, model.slack
-    query, surfaces = model.blocked if any_hit else model.nearest, model.patches.view(np.int32)
-    arguments[0] = _WITH_FILTER if any_hit else _WITHOUT
-    at, begin = arguments.ctypes.data, 0
-    while begin < len(origin):
-        end = min(begin + _BATCH, len(origin))
-        for row in range(begin, end):
-            patch = -1
-            if _start(model, origin, direction, source, target, tmax, row, whole, real, ray):
-                call(query, model.scene, ray.ctypes.data, at)
-                if any_hit:
-                    patch = whole[_FOUND] if whole[_FOUND] >= 0 or not whole[_BESIDE] else UNDECIDED
-                elif bits[_GEOMETRY] != _NONE:
-                    patch = np.int64(bits[_MET])
-            patch_of[row] = patch
-            if patch >= 0:
-                line = model.vertices.ctypes.data + 96 * patch
-                prefetch(line)
-                prefetch(line + 95)
-        for row in range(begin, end):
-            patch, t, u, v = patch_of[row], np.inf, 0.0, 0.0
-            if patch >= 0:
-                kz = dominant_axis(direction[row, 0], direction[row, 1], direction[row, 2])
-                kx, ky = (kz + 1) % 3, (kz + 2) % 3
-                ox, oy, oz = origin[row, kx], origin[row, ky], origin[row, kz]
-                scale = 1 / direction[row, kz]
-                sx, sy = direction[row, kx] / direction[row, kz], direction[row, ky] / direction[row, kz]
-                triangle, border = model.patches[patch, 1] != 0, model.patches[patch, 2]
-                met, depth = meet(model.vertices, patch, triangle, kx, ky, kz, ox, oy, oz, sx, sy)
-                t = depth * scale
-                u, v = position(model.vertices, patch, triangle, kx, ky, kz, ox, oy, oz, sx, sy)
-                if not any_hit:
-                    across = u * (1 - v) if triangle else u
-                    beside = (1 - u) * (1 - v) if triangle else min(1 - u, 1 - v)
-                    own = surfaces[patch, 0] == source[row] or surfaces[patch, 0] == target[row]
-                    sure = met and not own and min(across, beside, v) > border
-                    unit = max(abs(direction[row, 0]), abs(direction[row, 1]), abs(direction[row, 2])) / model.size
-                    if not (sure and t * unit > model.slack and t < tmax[row]):
-                        # Each patch on the way is judged.
-                        arguments[0], patch, t, u, v = _WITH_FILTER, UNDECIDED, np.inf, 0.0, 0.0
-                        if _start(model, origin, direction, source, target, tmax, row, whole, real, ray):
-                            call(query, model.scene, ray.ctypes.data, at)
-                        if not whole[_BESIDE]:
-                            patch = whole[_FOUND]
-                        if patch >= 0:
-                            t = real[_BEST]
-                            u, v = position(model.vertices, patch, model.patches[patch, 1] != 0, kx, ky, kz, ox, oy, oz,
-                                            sx, sy)
-                        arguments[0] = _WITHOUT
-                patch_of[row] = patch
-            t_of[row], u_of[row], v_of[row] = t, u, v
-        begin = end
+    whole[_COUNT], whole[_ANY], whole.view(np.float64)[_SLACK] = len(model.vertices), any_hit, model.slack
+    rows = np.empty(_BATCH, dtype=np.int64)
+    for begin in range(0, len(origin), _BATCH):
+        count = min(_BATCH, len(origin) - begin)
+        for number in range(count):
+            rows[number] = begin + number
+        judged = any_hit
+        while count > 0:
+            arguments[0] = _WITH_FILTER if judged else _WITHOUT
+            _query(model, any_hit, judged, rows[:count], origin, direction, source, target, tmax, arguments, patch_of)
+            count = _locate(model, judged, rows[:count], origin, direction, source, target, tmax, patch_of, t_of, u_of,
+                            v_of)
+            judged = True
+
+
+@compiled
+def _query(model, any_hit, judged, rows, origin, direction, source, target, tmax, arguments, patch_of):
+    """Have Embree cast some rays, and write the patches found."""
+    whole = arguments[_ARGUMENTS:_ARGUMENTS + _STATE]
+    real, ray = whole.view(np.float64), arguments[_ARGUMENTS + _STATE:_ARGUMENTS + _STATE + _RAY].view(np.float32)
+    bits, at = ray.view(np.uint32), arguments.ctypes.data
+    query, share = model.blocked if any_hit else model.nearest, 1 / model.size
+    cx, cy, cz = model.centre[0], model.centre[1], model.centre[2]
+    for row in rows:
+        ox, oy, oz = origin[row, 0], origin[row, 1], origin[row, 2]
+        dx, dy, dz = direction[row, 0], direction[row, 1], direction[row, 2]
+        largest = max(abs(dx), abs(dy), abs(dz))
+        if judged:
+            real[_ORIGIN], real[_ORIGIN + 1], real[_ORIGIN + 2] = ox, oy, oz
+            real[_DIRECTION], real[_DIRECTION + 1], real[_DIRECTION + 2] = dx, dy, dz
+            real[_LEAST], real[_BEST] = model.least / np.sqrt(dx * dx + dy * dy + dz * dz), tmax[row]
+            whole[_SOURCE], whole[_TARGET], whole[_FOUND], whole[_BESIDE] = source[row], target[row], -1, 0
+        inverse = 1 / largest
+        dx, dy, dz = dx * inverse, dy * inverse, dz * inverse
+        px, py, pz = (ox - cx) * share, (oy - cy) * share, (oz - cz) * share
+        own, begin, unit = source[row], 0.0, largest * share
+        if 0 <= own < len(model.normals):
+            nx, ny, nz = model.normals[own, 0], model.normals[own, 1], model.normals[own, 2]
+            rise = model.rise if nx * dx + ny * dy + nz * dz > 0 else -model.rise
+            px, py, pz = px + rise * nx, py + rise * ny, pz + rise * nz
+        if max(abs(px), abs(py), abs(pz)) > 1:
+            # A ray from outside starts two of the scene's sizes before its middle: float32 keeps no more of it.
+            begin = max((px * dx + py * dy + pz * dz) / -(dx * dx + dy * dy + dz * dz) - 2, 0.0)
+            px, py, pz = px + begin * dx, py + begin * dy, pz + begin * dz
+        ray[0], ray[1], ray[2], ray[3] = px, py, pz, -model.back
+        ray[4], ray[5], ray[6], ray[7] = dx, dy, dz, 0
+        ray[_END] = min(tmax[row] * unit - begin + model.slack, _FAR)
+        bits[_MASK], bits[10], bits[11], bits[_GEOMETRY], bits[19], bits[20] = _NONE, 0, 0, _NONE, _NONE, _NONE
+        if judged:
+            real[_UNIT], real[_BEGIN] = unit, begin
+        patch = -1
+        if ray[_END] > 0 and max(abs(px), abs(py), abs(pz)) < 4:
+            call(query, model.scene, ray.ctypes.data, at)
+            if judged:
+                patch = whole[_FOUND]
+                if whole[_BESIDE] != 0 and (patch < 0 or not any_hit):
+                    patch = UNDECIDED
+            elif bits[_GEOMETRY] != _NONE:
+                patch = np.int64(bits[_MET])
+        patch_of[row] = patch
+        if patch >= 0:
+            line = model.vertices.ctypes.data + np.uintp(96 * patch)
+            prefetch(line)
+            prefetch(line + np.uintp(95))
+            prefetch(model.patches.ctypes.data + np.uintp(16 * patch))
+
+
+@compiled
+def _locate(model, judged, rows, origin, direction, source, target, tmax, patch_of, t_of, u_of, v_of):
+    """Write where rays hit the patches found; the number of hits that must be judged, whose rows are moved to front."""
+    unsure, surfaces = 0, model.patches.view(np.int32)
+    for row in rows:
+        patch, t, u, v = patch_of[row], np.inf, 0.0, 0.0
+        if patch >= 0:
+            kz = dominant_axis(direction[row, 0], direction[row, 1], direction[row, 2])
+            kx, ky = (kz + 1) % 3, (kz + 2) % 3
+            ox, oy, oz = origin[row, kx], origin[row, ky], origin[row, kz]
+            along = direction[row, kz]
+            sx, sy = direction[row, kx] / along, direction[row, ky] / along
+            triangle, border = model.patches[patch, 1] != 0, model.patches[patch, 2]
+            met, depth = meet(model.vertices, patch, triangle, kx, ky, kz, ox, oy, oz, sx, sy)
+            t = depth * (1 / along)
+            u, v = position(model.vertices, patch, triangle, kx, ky, kz, ox, oy, oz, sx, sy)
+            if not judged:
+                across = u * (1 - v) if triangle else u
+                beyond = (1 - u) * (1 - v) if triangle else min(1 - u, 1 - v)
+                own = surfaces[patch, 0] == source[row] or surfaces[patch, 0] == target[row]
+                if own or not (met and min(across, beyond, v) > border and t < tmax[row]
+                               and t * abs(along) > model.slack * model.size):
+                    rows[unsure] = row
+                    unsure += 1
+        t_of[row], u_of[row], v_of[row] = t, u, v
+    return unsure
