@@ -67,12 +67,16 @@ def _pairs(scene, plane, sign, touch):
     return pairs[np.lexsort(pairs.T[::-1])]
 
 
-def warn_of_overlaps(scene: Scene) -> None:
-    """Names the first patches that overlap in one `InputWarning`; nothing if there are none."""
+def warn_of_overlaps(scene: Scene, *, number: np.ndarray | None = None) -> None:
+    """Names the first patches that overlap in one `InputWarning`; nothing if there are none.
+
+    ``number`` has the number of each patch in the message. Default: its own.
+    """
     pairs = overlaps(scene)
     if len(pairs):
         more = f", and {counted(len(pairs) - 1, 'more pair')}" if len(pairs) > 1 else ""
-        warn(f"{scene.name}: patches {pairs[0, 0]} and {pairs[0, 1]} overlap in one plane{more}: each counts "
+        one, other = pairs[0] if number is None else number[pairs[0]]
+        warn(f"{scene.name}: patches {one} and {other} overlap in one plane{more}: each counts "
              "as a whole, so view factors to them are too large")
 
 

@@ -97,9 +97,9 @@ class ViewFactorTask:
         self._zenith = zenith_line(scene, opened, is_given=zenith is not None) if has_sky_patches else None
         if has_sky_patches and zenith is None:
             warn_of_upright_floors(opened)
-        warn_of_overlaps(opened)
         is_cut = max_edge is not None or max_area is not None
         self._facet = opened.surface if facets and not is_cut and Path(scene).suffix.lower() in FACETED else None
+        warn_of_overlaps(opened, number=self._facet)
         self.scene: Scene = refine(opened, max_edge=max_edge, max_area=max_area).scene if is_cut else opened
 
     def store(self, rows, *, method: str, resume: bool) -> BlockStore:

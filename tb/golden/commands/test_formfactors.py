@@ -104,11 +104,13 @@ def test_units_are_those_of_the_option_and_reach_the_file(folder):
 
 
 def test_facets_that_overlap_are_an_error_if_strict(folder):
-    (folder / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 2 3 4\n")
+    # The first facet is cut into several patches.
+    (folder / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 5 0 0\nv 7 0 0\nv 6 1 0\nv 7 2 0\nv 5 2 0\n"
+                                  "f 5 6 7 8 9\nf 1 2 3 4\nf 1 2 3 4\n")
     given = "formfactors", "a.obj", "--facets", "--error", "0.1", "-o", "F.npz"
     loose = run(*given)
     assert loose.exit_code == 0, loose.stderr
-    assert loose.stderr.startswith("warning: a: patches 0 and 1 overlap in one plane")
+    assert loose.stderr.startswith("warning: a: patches 1 and 2 overlap in one plane")
     (folder / "F.npz").unlink()
     assert run(*given, "--strict").exit_code == 2
     assert not (folder / "F.npz").exists()
