@@ -92,7 +92,7 @@ formal: $(STAMP) ## proofs of streams, queues and windows, each with a negative 
 
 bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one of them: radiosity bench NAME
 	@echo "== measuring into $(OUT)/bench/"
-	@for name in casting schedule shelling traversal exactness reference_hits network network_load caches main_memory jobs view_factors daylight references mesh_sizes; do \
+	@for name in casting schedule shelling traversal exactness reference_hits network network_load caches main_memory jobs view_factors daylight references mesh_sizes istructure; do \
 	  $(BIN)/radiosity bench $$name || exit 1; \
 	done
 	$(BIN)/radiosity bench machines --calibrate

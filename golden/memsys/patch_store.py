@@ -12,15 +12,13 @@ KEPT_OF = 16
 class PatchStore:
     """A memory of patches by frame: patch p belongs into frame p modulo ``frames``.
 
-    A patch that is not there is fetched. It is kept if its frame is empty, and at every ``kept_of``-th miss that meets
+    A patch that is not there is fetched. It is kept if its frame is empty, and at every `KEPT_OF`-th miss that meets
     another patch. What is kept follows from the order of the requests alone, also of requests that overlap.
 
     Parameters
     ----------
     frames
         Patches that it keeps.
-    kept_of
-        Of so many misses that meet another patch one replaces it.
 
     Members
     -------
@@ -28,8 +26,8 @@ class PatchStore:
         Requests without and with a fetch.
     """
 
-    def __init__(self, frames: int, *, kept_of: int = KEPT_OF):
-        self._frames, self._kept_of, self._kept, self._conflicts = frames, kept_of, {}, 0
+    def __init__(self, frames: int):
+        self._frames, self._kept, self._conflicts = frames, {}, 0
         self.hits = self.misses = 0
 
     def request(self, patch: int) -> bool:
@@ -42,7 +40,7 @@ class PatchStore:
         self.misses += 1
         if kept is not None:
             self._conflicts += 1
-        if kept is None or self._conflicts % self._kept_of == 0:
+        if kept is None or self._conflicts % KEPT_OF == 0:
             self._kept[frame] = patch
         return False
 

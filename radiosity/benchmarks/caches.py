@@ -17,8 +17,6 @@ from golden.memsys.cache import Cache
 from golden.memsys.cache_policy import CachePolicy
 from golden.output import whole_file
 from radiosity.benchmarks.cache_strings import POINTS, SCENES, Strings, cast_strings
-from radiosity.benchmarks.patch_stores import CLUSTERS as SHARERS
-from radiosity.benchmarks.patch_stores import FRUSTA, request_strings, store_table, traffic_table
 from radiosity.benchmarks.report import output_option, provenance, write_report
 from radiosity.chart import Line, write_chart
 
@@ -111,7 +109,6 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         firsts.append(beginning(name, strings.joined()["patches"]))
         write_chart_of(output.parent, name, curves)
         console().note("\n".join(tables[-2 * len(NAMES):]))
-    frusta = request_strings(CONFIG, HEMISPHERE)
     lines = [
         "# Caches", "",
         f"{provenance('numpy')}; hemispheres of {len(HEMISPHERE)} rays from ceiling points "
@@ -126,11 +123,5 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         "## Resident set and cache of equal bytes", "",
         "Share of the clusters' requests for patches that are answered: by the cluster's own resident set; by that of "
         "any cluster; by a 4-way LRU cache of the cluster's own, never emptied.", "",
-        "| scene | lines | bytes | patches of the set | own set | any set | own cache |", "|---" * 7 + "|", *sets, "",
-        "## Patch store", "",
-        f"Share of one cluster's requests that its store serves in {FRUSTA} successive frusta, from the second one on, "
-        "by the patches that it keeps. Of so many misses that meet another patch one replaces it.", "",
-        *store_table(frusta), "",
-        f"Patches of a frustum by source on {SHARERS} clusters that share a scene, by the patches that each holds and "
-        "keeps, and cycles of the link to a cluster and of the bus of all clusters.", "", *traffic_table(frusta), ""]
+        "| scene | lines | bytes | patches of the set | own set | any set | own cache |", "|---" * 7 + "|", *sets, ""]
     write_report(output, lines)

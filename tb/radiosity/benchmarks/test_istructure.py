@@ -1,0 +1,82 @@
+"""What the parts of a cluster's path to patches of others are compared by: their outcomes, means and areas."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from radiosity.benchmarks.istructure import outcomes_of, relative
+from radiosity.benchmarks.shared_hardware import recorded_rows, simulated_rows
+from radiosity.benchmarks.shared_scene import Access, Placement, SharedScene, shared_config
+from radiosity.job_timing import joint_timing
+
+RAYS, CLUSTERS, SHARE = (16, 8), 2, "1/4"
+
+
+@cache
+def lobby():
+    return SharedScene("lobby", rays=RAYS, cell=1, latency=50)
+
+
+@cache
+def found():
+    return outcomes_of(lobby(), CLUSTERS, (SHARE,))
+
+
+@pytest.fixture
+def scene():
+    return lobby()
+
+
+@pytest.fixture
+def outcomes(interpreted):
+    return found()
+
+
+def test_every_patch_has_one_source(scene, outcomes):
+    for (placement, _, access), one in outcomes.items():
+        others = one.kept + one.remote + one.hits + one.misses
+        assert one.own + others == outcomes[Placement.EVERYWHERE, "all", Access.DEFERRAL].own
+        assert (others > 0) == (placement is not Placement.EVERYWHERE)
+        assert access.has_store or not one.kept + one.deferred
+        assert access is not Access.MEMORY or not one.remote + one.flits
+
+
+def test_paths_differ_in_cycles_and_not_in_what_they_fetch(outcomes):
+    for placement in Placement.DEALT, Placement.DISCOVERY:
+        deferral, blocking, single = (outcomes[placement, SHARE, access] for access in (
+            Access.DEFERRAL, Access.BLOCKING, Access.SINGLE))
+        assert replace(blocking, cycles=0, hits=0, misses=0) == replace(deferral, cycles=0, hits=0, misses=0)
+        assert deferral.deferred > 0
+        assert max(deferral.cycles, blocking.cycles) < single.cycles
+
+
+def test_flits_are_those_of_packets_at_each_router(outcomes):
+    """Two routers send a packet between neighbours."""
+    timing = joint_timing(shared_config(CLUSTERS, RAYS))
+    one = outcomes[Placement.DEALT, SHARE, Access.NETWORK]
+    assert one.flits == 2 * (timing.request_flits + timing.reply_flits) * one.remote > 0
+
+
+def test_dealt_sets_hold_a_share_in_each_cluster(scene):
+    home = scene.home(CLUSTERS, Placement.DEALT, 1 / 4)
+    held = [np.count_nonzero(home[0] == cluster) for cluster in (-1, *range(CLUSTERS))]
+    share = -(-scene.patches // 4)
+    assert held == [scene.patches - 2 * share, share, share]
+
+
+@pytest.mark.nightly
+def test_simulated_cycles_are_those_of_the_hardware():
+    error = [simulated / row.cycles - 1 for row, simulated in simulated_rows(recorded_rows())]
+    assert error
+    assert max(map(abs, error)) < 0.03
+
+
+def test_a_mean_is_geometric(outcomes):
+    half = {key: replace(one, cycles=one.cycles if key[0] is Placement.EVERYWHERE else one.cycles / 2)
+            for key, one in outcomes.items()}
+    first, second, mean = (relative(each, Placement.DEALT, SHARE, Access.MEMORY) for each in (
+        [outcomes], [half], [outcomes, half]))
+    assert np.isclose(second, first / 2)
+    assert np.isclose(mean, np.sqrt(first * second))
