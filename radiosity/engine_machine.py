@@ -20,6 +20,8 @@ __all__ = ["CALIBRATED", "MOST_NODES", "EngineMachine", "EngineRun"]
 # Clusters of the largest machine of hardware that simulated cycles have been compared with; of the largest machine
 # that is simulated, and of the largest configuration.
 CALIBRATED, MOST_NODES, _CONFIGURED = 16, 1024, 64
+# Patches of a cluster's memory, unless the user has chosen a number: each cluster holds all of the scene.
+_HELD = {"memsys.own_patches": 4096}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,7 +113,7 @@ class EngineMachine:
     spec
         The job; its ``group`` has no effect.
     config
-        A configuration, of any number of clusters.
+        A configuration, of any number of clusters. Their memory is for 4096 patches at least, unless it is ``given``.
     given
         Parameters of it, by path, that the user has chosen.
     latency
@@ -122,6 +124,8 @@ class EngineMachine:
 
     def __init__(self, spec: JobSpec, config: Config, *, given: tuple[str, ...] = (), latency: int = 10,
                  folder: Path | None = None):
+        if "memsys.own_patches" not in given and config.memsys.own_patches < _HELD["memsys.own_patches"]:
+            config = config.replace(_HELD)
         self._spec, self._config, self._given, self._latency = spec, config, given, latency
         self._folder, self._cell, self._stores = folder, spec.cell, {}
 

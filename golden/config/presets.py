@@ -12,8 +12,8 @@ __all__ = ["PRESETS"]
 # small: a cluster fits an ECP5-85, whose block RAM bounds the rays; its tables of grid rays suffice for the built-in
 #   scenes with cells of 1/16 and larger. Beside 512 patches of the resident set 128 of a patch store, whose 8 requests
 #   are as many as the network's.
-# paper: the size of the thesis' machine, with memory for 4096 patches in each cluster and for 1024 of other clusters;
-#   tags are cleared every 255 frusta.
+# paper: the size of the thesis' machine. A cluster has memory for 1024 patches, the most whose copies in all clusters
+#   are smaller than a network, and for 1024 of other clusters; tags are cleared every 255 frusta.
 # thesis: the machine as the thesis describes it, the baseline of every improvement. Each cluster explores a list of
 #   subshells (4.4.2.4), one after the other: a barrier after each subshell and none between its shells (5.2.4.1). Grid
 #   rays have presence bits, and requests for absent rays are deferred (Fig. 5.10). One traversal pipeline, and survival
@@ -29,7 +29,7 @@ PRESETS = {
                     memsys=Memsys(scene_cells=1 << 14, store_patches=128, store_requests=8),
                     noc=Noc(columns=2, rows=2, virtual_channels=1, requests=8)),
     "paper": Config(icu=Icu(generation_bits=8),
-                    memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=4096, store_patches=1024,
+                    memsys=Memsys(own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, store_patches=1024,
                                   bus_requests=16),
                     noc=Noc(requests=16)),
     "thesis": Config(ctu=Ctu(pipelines=1, ray_slots=1 << 11, run_ahead=15, pyramid_levels=1, subshell_bits=10,

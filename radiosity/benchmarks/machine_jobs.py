@@ -59,9 +59,10 @@ def _recorded(row):
 
 
 def job_config(recorded: RecordedJob) -> Config:
-    """The configuration of the machine."""
+    """The configuration of the machine, whose clusters have memory for 4096 patches."""
     azimuths, polars = recorded.spec.rays
-    return simulation_config(PRESETS["paper"], clusters=recorded.clusters, topology="mesh", rays=azimuths * polars)
+    return simulation_config(PRESETS["paper"].replace({"memsys.own_patches": 4096}), clusters=recorded.clusters,
+                             topology="mesh", rays=azimuths * polars)
 
 
 def simulate(jobs: tuple[RecordedJob, ...], *, folder: Path | None = None) -> Iterator[

@@ -96,8 +96,9 @@ class Outcome:
 
 
 def shared_config(clusters: int, rays: tuple[int, int]) -> Config:
-    """The machine: preset ``paper`` with so many clusters in a mesh."""
-    return simulation_config(PRESETS["paper"], clusters=clusters, topology="mesh", rays=rays[0] * rays[1])
+    """The machine: preset ``paper`` with so many clusters in a mesh, and cells as for 4096 patches in each of them."""
+    return simulation_config(PRESETS["paper"].replace({"memsys.own_patches": 4096}), clusters=clusters, topology="mesh",
+                             rays=rays[0] * rays[1])
 
 
 class SharedScene:
