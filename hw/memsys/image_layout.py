@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from amaranth.lib import enum
 
-from golden.memory_map import REGIONS
+from golden.memory_map import REGIONS, rules
 
 __all__ = ["COUNT_BITS", "HEADER_WORDS", "KIND_BYTE", "PATCH_WORDS", "RECORD_BYTES", "RECORD_WORDS", "RULES",
            "WORD_BITS", "RegionNumber", "Rule", "RuleKind", "halves"]
@@ -35,13 +35,7 @@ def halves(region: str, field: str) -> list[tuple[int, bool]]:
 
 
 class RuleKind(enum.Enum, shape=3):
-    """What must hold of the numbers of a record.
-
-    ``BELOW``: a < records of the table. ``MAYBE``: so, or -1 for none, or -2 for all. ``RANGE``: a + b <= records.
-    ``SMALL``: a, b < 2^`GRID_SHAPE_BITS`. ``GRID``: of a shell, rows and columns < 2^`GRID_SIDE_BITS` and first_ray +
-    rows columns <= 2^`GRID_RAY_BITS`. ``WEIGHT``: the word < 2^`WEIGHT_BITS`. ``QUAD``: the byte `KIND_BYTE` of the
-    word is 0.
-    """
+    """Those of `golden.memory_map.rules.RuleKind`, of the numbers a and b of a word; NONE: any."""
 
     NONE = 0
     BELOW = 1
@@ -77,33 +71,23 @@ class Rule:
 
 
 def _rules():
-    names = [region.name for region in REGIONS]
-    for region, kind, table, a, b in (
-            ("cells", RuleKind.RANGE, "patch_lists", "pointer", "count"),
-            ("patch_lists", RuleKind.BELOW, "patches", "patch", None),
-            ("patches", RuleKind.BELOW, "patches", "id", None),
-            ("residence", RuleKind.MAYBE, "clusters", "cluster", None),
-            ("clusters", RuleKind.RANGE, "subshells", "first_subshell", "subshells"),
-            ("clusters", RuleKind.RANGE, "residents", "first_resident", "residents"),
-            ("subshells", RuleKind.BELOW, "patches", "patch", None),
-            ("residents", RuleKind.BELOW, "patches", "patch", None),
-            ("shells", RuleKind.RANGE, "grid_rows", "first_row", "rows"),
-            ("shells", RuleKind.RANGE, "grid_columns", "first_column", "columns")):
-        fields = REGIONS[names.index(region)].dtype.fields
-        first = fields[a][1]
-        last = fields[b or a][1]
-        early = first % WORD_BYTES != 0
-        if b and last - first != WORD_BYTES // 2:
-            raise ValueError(f"Fields of a rule must be neighbours, not {region}.{a} and {region}.{b}")
-        # A high half alone is checked with the next word.
-        word = last // WORD_BYTES + (early and not b)
-        yield Rule(names.index(region), word, kind, names.index(table), early)
-    for region, field, kind in (("cell_grid", "shape", RuleKind.SMALL), ("shells", "first_ray", RuleKind.GRID),
-                                ("rows", "weight", RuleKind.WEIGHT)):
-        for word in dict.fromkeys(word for word, _ in halves(region, field)):
-            yield Rule(names.index(region), word, kind, names.index(region), early=False)
-    patches = names.index("patches")
-    yield Rule(patches, _KIND // WORD_BYTES, RuleKind.QUAD, patches, early=False)
+    """A rule for each word of `golden.memory_map.rules.RULES`."""
+    for rule in rules.RULES:
+        region, table, kind = (RegionNumber[rule.region.upper()].value, RegionNumber[rule.table.upper()].value,
+                               RuleKind[rule.kind.name])
+        fields = REGIONS[region].dtype.fields
+        first, last = fields[rule.fields[0]][1], fields[rule.fields[-1]][1]
+        if kind in (RuleKind.BELOW, RuleKind.MAYBE, RuleKind.RANGE):
+            early = first % WORD_BYTES != 0
+            if kind is RuleKind.RANGE and last - first != WORD_BYTES // 2:
+                raise ValueError(f"Fields of a rule must be neighbours, not {rule.region}.{', '.join(rule.fields)}")
+            # A high half alone is checked with the next word.
+            yield Rule(region, last // WORD_BYTES + (early and kind is not RuleKind.RANGE), kind, table, early)
+        elif kind is RuleKind.QUAD:
+            yield Rule(region, first // WORD_BYTES, kind, table, early=False)
+        else:
+            for word in dict.fromkeys(word for word, _ in halves(rule.region, rule.fields[0])):
+                yield Rule(region, word, kind, table, early=False)
 
 
 RULES = tuple(_rules())

@@ -10,6 +10,7 @@ from amaranth.lib.wiring import In
 
 from golden.config import PRESETS
 from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, GRID_SIDE_BITS, REGIONS, WEIGHT_BITS
+from golden.memory_map.rules import RULES, RuleKind
 from hw.memsys.fault import Fault
 from hw.memsys.image_layout import PATCH_WORDS, RegionNumber
 from hw.memsys.table_check import TableCheck
@@ -21,11 +22,8 @@ SHAPE, SIDE, RAYS = 1 << GRID_SHAPE_BITS, 1 << GRID_SIDE_BITS, 1 << GRID_RAY_BIT
 
 
 # A pointer, or a first record and a number of records, and the table that it points into.
-POINTERS = (("patch_lists", "patch", "patches"), ("patches", "id", "patches"), ("residence", "cluster", "clusters"),
-            ("subshells", "patch", "patches"), ("residents", "patch", "patches"))
-RANGES = (("cells", "pointer", "count", "patch_lists"), ("clusters", "first_subshell", "subshells", "subshells"),
-          ("clusters", "first_resident", "residents", "residents"), ("shells", "first_row", "rows", "grid_rows"),
-          ("shells", "first_column", "columns", "grid_columns"))
+POINTERS, RANGES = ([(rule.region, *rule.fields, rule.table) for rule in RULES if rule.kind in kinds] for kinds in (
+    (RuleKind.BELOW, RuleKind.MAYBE), (RuleKind.RANGE,)))
 NONE = (1 << 32) - 1
 
 
