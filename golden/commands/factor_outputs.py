@@ -1,12 +1,14 @@
-"""Options of ``formfactors`` for what it writes beside the factors between patches, and what it leaves out of these."""
+"""Options of ``formfactors`` for factors of other kinds than those between all patches of a scene alone."""
 
 import click
 
-from golden.commands.parameters import FILE, Positive
+from golden.commands.parameters import FILE, Numbers, Positive
 
 __all__ = ["FACTOR_OUTPUTS", "FACTOR_OUTPUT_NAMES"]
 
 FACTOR_OUTPUTS = (
+    click.option("--period", type=Numbers("EAST,NORTH", least=0), help="Repeat the scene without end after these "
+                 "distances: a patch counts with all of its copies."),
     click.option("--by-surface", "surfaces", type=FILE, help="Also write the factors between surfaces, all patches of "
                  "a name together, to this .csv, .nc or .npz."),
     click.option("--receivers", type=(FILE, FILE), metavar="POINTS FILE.csv", help="Also write the factors from points "
@@ -15,5 +17,5 @@ FACTOR_OUTPUTS = (
                  "directions; each row adds them to its diagonal, so that it closes."))
 """The options: each sets the parameter of its name of `golden.tasks.view_factors.ViewFactorTask`."""
 
-FACTOR_OUTPUT_NAMES = ("surfaces", "receivers", "drop_below")
+FACTOR_OUTPUT_NAMES = ("period", "surfaces", "receivers", "drop_below")
 """The parameters."""

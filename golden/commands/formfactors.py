@@ -17,12 +17,12 @@ __all__ = ["formfactors_command"]
 
 _NAMED = {"azimuths": "--rays", "polars": "--rays", "cell": "--cell", "clusters": "--clusters",
           "error": "--error", "sky_error": "--sky-error", "seed": "--seed", "jobs": "--jobs",
-          "zenith": "--zenith"}
+          "zenith": "--zenith", "period": "--period"}
 _TASK = *FACTOR_OUTPUT_NAMES, "zenith", "facets", "unit", "max_edge", "max_area"
 """The options that the task takes as they are."""
 
-_ADAPTIVE = {"error": "--error", "sky_error": "--sky-error", "sky_patches": "--sky-patches", "seed": "--seed",
-             "time_limit": "--time-limit"}
+_ADAPTIVE = {"error": "--error", "sky_error": "--sky-error", "sky_patches": "--sky-patches", "period": "--period",
+             "seed": "--seed", "time_limit": "--time-limit"}
 
 
 def formfactors_command(*methods: CastingMethod) -> click.Command:
@@ -78,13 +78,12 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
             raise click.UsageError("--sky-patches needs an output that ends in .npz or .nc.")
         if given["receivers"] and method not in RAY_METHODS:
             raise click.UsageError(f"--receivers needs single rays: {', '.join(RAY_METHODS)}.")
-        if given["zenith"] and not sky_patches:
-            raise click.UsageError("--zenith needs --sky-patches: nothing else depends on it.")
+        if given["zenith"] and not (sky_patches or given["period"]):
+            raise click.UsageError("--zenith needs --sky-patches or --period: nothing else depends on it.")
         pool = worker_pool(workers, method, chosen, cell=cell)
         from golden.cast.methods import frustum_caster
         from golden.frustum import Hemisphere
         from golden.light.factors.hemisphere_rows import HemisphereRows
-        from golden.light.factors.rows import FactorRows
         from golden.tasks.view_factors import ViewFactorTask
 
         rays = rays or (256, 64)
@@ -97,8 +96,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
               else nullcontext(frustum_caster(task.scene, method, cell=cell, jobs=jobs,
                                               progress=console().progress))) as caster:
             def adaptive(error):
-                return FactorRows(task.scene, caster, error=error, sky_error=sky_error, sky_patches=sky_patches,
-                                  seed=seed)
+                return task.rows(caster, error=error, sky_error=sky_error, sky_patches=sky_patches, seed=seed)
 
             def spread(opened):
                 return opened and opened.spread(task.scene, frusta=caster, rays=caster)

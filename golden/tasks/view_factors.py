@@ -16,7 +16,9 @@ from golden.light.factors.files import (
     write_view_factors,
 )
 from golden.light.factors.groups import grouped
+from golden.light.factors.periodic import PeriodicRows, tiled
 from golden.light.factors.receivers import receiver_factors
+from golden.light.factors.rows import FactorRows
 from golden.light.factors.truncation import truncated
 from golden.light.factors.units import METRES, in_metres
 from golden.light.factors.view_factors import ViewFactors
@@ -56,6 +58,8 @@ class ViewFactorTask:
         Path of the view factors between surfaces (.csv, .nc or .npz), or None.
     receivers
         Path of points (`read_sensors`), and of the table of their view factors (.csv); or None.
+    period
+        Distances after which the scene repeats (`golden.light.factors.periodic.tiled`), or None: it does not.
     drop_below
         The factors of ``output`` are `truncated` below this, or None. Those between surfaces are of all.
     facets
@@ -68,6 +72,11 @@ class ViewFactorTask:
     progress
         Shows a progress bar after two seconds.
 
+    Members
+    -------
+    scene
+        What rays meet: the scene, with its copies if it repeats.
+
     Raises
     ------
     InputError
@@ -76,13 +85,14 @@ class ViewFactorTask:
     Warns
     -----
     InputWarning
-        Patches overlap in one plane, or floors stand upright under patches of the sky.
+        Patches overlap in one plane, or floors stand upright where the scene's up matters.
     """
 
     def __init__(self, scene: str, output: Path, *, zenith=None, has_sky_patches: bool = False,
                  surfaces: Path | None = None, receivers: tuple[Path, Path] | None = None,
-                 drop_below: float | None = None, facets: bool = False, unit: str = "m",
-                 max_edge: float | None = None, max_area: float | None = None, progress: bool = False):
+                 period: tuple[float, float] | None = None, drop_below: float | None = None, facets: bool = False,
+                 unit: str = "m", max_edge: float | None = None, max_area: float | None = None,
+                 progress: bool = False):
         self._began = time.perf_counter()
         check_view_factors_output(output)
         check_outputs(surfaces, suffixes=SURFACE_SUFFIXES)
@@ -94,13 +104,22 @@ class ViewFactorTask:
         self._name, self._output, self._surfaces = scene, output, surfaces
         self._progress, self._unit, self._drop_below = progress, unit, drop_below
         opened = open_scene(scene, zenith=zenith, facets=facets)
-        self._zenith = zenith_line(scene, opened, is_given=zenith is not None) if has_sky_patches else None
-        if has_sky_patches and zenith is None:
+        has_up = has_sky_patches or period is not None
+        self._zenith = zenith_line(scene, opened, is_given=zenith is not None) if has_up else None
+        if has_up and zenith is None:
             warn_of_upright_floors(opened)
         is_cut = max_edge is not None or max_area is not None
         self._facet = opened.surface if facets and not is_cut and Path(scene).suffix.lower() in FACETED else None
         warn_of_overlaps(opened, number=self._facet)
-        self.scene: Scene = refine(opened, max_edge=max_edge, max_area=max_area).scene if is_cut else opened
+        self._own = refine(opened, max_edge=max_edge, max_area=max_area).scene if is_cut else opened
+        self._period = period
+        self.scene: Scene = tiled(self._own, period) if period else self._own
+
+    def rows(self, caster, **options) -> FactorRows:
+        """The rows of the scene, for a caster of `scene`; options are those of `FactorRows`."""
+        if self._period:
+            return PeriodicRows(self._own, self._period, self.scene, caster, **options)
+        return FactorRows(self.scene, caster, **options)
 
     def store(self, rows, *, method: str, resume: bool) -> BlockStore:
         """Where finished blocks of rows are kept; to be made before the work starts.
@@ -203,13 +222,17 @@ class ViewFactorTask:
                    "sky_change": factors.sky_change, "infeasible": factors.infeasible.tolist(),
                    "missed": factors.missed.tolist(), "sky_missed": factors.sky_missed.tolist(),
                    "back": factors.back.max(), "area": factors.area.sum(),
-                   "length": self.scene.size * METRES[self._unit],
+                   "length": self._own.size * METRES[self._unit],
                    "seconds": time.perf_counter() - self._began, "peak_memory": peak_memory()}
         report = {"output": self._output, "scene": self._name, "method": method, **figures}
         lines = [f"{self._output}: {counted(len(factors), 'patch')}, {factors.F.nnz} entries",
                  f"area {figures['area']:.4g} m2 in a scene {figures['length']:.4g} m long: its unit of length is "
                  f"taken as {self._unit} (--unit)",
                  f"closure {factors.closure:.1e}, reciprocity {factors.reciprocity:.1e}"]
+        if self._period:
+            tiles = len(self.scene) // len(self._own)
+            lines.append(f"the scene repeats: a patch counts with those in all {tiles} tiles; what leaves them counts "
+                         "as sky")
         if self._zenith:
             lines.append(self._zenith)
         if factors.error is not None:

@@ -100,7 +100,8 @@ class FactorRows:
                              parameter="seed")
         if sky_patches is not None and sky_patches not in SKY_DIVISIONS:
             raise InputError(f"view factors: Sky patches must be {' or '.join(SKY_DIVISIONS)}, not {sky_patches!r}")
-        self._sides, self._caster, self._error, self._seed = Sides(scene), caster, error, seed
+        self._own = self._sides = Sides(scene)
+        self._caster, self._error, self._seed = caster, error, seed
         self._fronts = CoincidentFronts(self._sides)
         self._sky_limit = (error if sky_error is None else sky_error) / 2
         self._most_sky_rays = _MOST_RAYS if sky_error is None else _MOST_SKY_RAYS
@@ -118,7 +119,7 @@ class FactorRows:
         return self._caster.jobs
 
     def __len__(self) -> int:
-        return len(self._sides)
+        return len(self._own)
 
     def rows(self, first: int, last: int) -> RowBlock:
         """The rows ``first`` to ``last`` - 1."""
@@ -130,7 +131,7 @@ class FactorRows:
         sky, sky_error = sky_rays.shares(rays, limit=self._sky_limit, most=self._most_sky_rays,
                                          known=self._known_sky(first, row - first, back, sky_rays.left))
         pairs = self._measured(first, last, limit, all_pairs)
-        count, width = last - first, len(self)
+        count, width = last - first, len(self._sides)
         key = np.concatenate([(row - first) * width + column, (pairs["row"] - first) * width + pairs["column"]])
         entry, inverse = np.unique(key, return_inverse=True)
         from_hits, from_pairs = inverse[:len(row)], inverse[len(row):]
@@ -150,7 +151,7 @@ class FactorRows:
 
     def join(self, blocks) -> ViewFactors:
         """The view factors of the blocks of all rows, in their order, closed and reciprocal (`project`)."""
-        sides, scene, blocks = self._sides, self._sides.scene, list(blocks)
+        sides, scene, blocks = self._own, self._own.scene, list(blocks)
         reached = np.ones(len(self))
         for finer in (*_FINER, None):
             estimate = join(blocks, area=sides.area, error=self._error)
@@ -196,7 +197,7 @@ class FactorRows:
 
     def _hemispheres(self, first, last, rays):
         """Rows, columns and counts of hits; rays that meet a black back; and those that leave."""
-        sides, width = self._sides, len(self)
+        sides, width = self._sides, len(self._sides)
         rows = np.arange(first, last)
         uses = mix(self._seed, _HEMISPHERES, rows)
         sky = SkyRays(sides, self._caster, rows, uses, division=self._division)
@@ -232,7 +233,7 @@ class FactorRows:
         """The pairs of these rows that segments measure."""
         sides = self._sides
         found = []
-        step = max(1, _PAIRS // len(self) // 4)
+        step = max(1, _PAIRS // len(sides) // 4)
         for low in range(first, last, step):
             row, column = self._candidates(np.arange(low, min(low + step, last)), limit, all_pairs)
             factor = exchange_areas(sides.vertices[row], sides.vertices[column]) / sides.area[row]
@@ -248,7 +249,7 @@ class FactorRows:
         sides = self._sides
         if is_compiler_active():
             return candidates(rows, sides.centre, sides.normal, sides.radius, sides.area, limit, all_pairs)
-        every = (np.arange(len(self)), *sides.centre.T, *sides.normal.T, sides.radius, sides.area)
+        every = (np.arange(len(sides)), *sides.centre.T, *sides.normal.T, sides.radius, sides.area)
         row, column = np.nonzero(may_exceed(*(value[rows][:, None] for value in every), *every, limit, all_pairs))
         return rows[row], column
 

@@ -217,6 +217,7 @@ class Recorded:
     (("--resume",), {"store": {"method": "naive", "resume": True}}),
     (("--receivers", "p.txt", "r.csv", "--error", "0.005", "--seed", "3"),
      {"task": {"receivers": (Path("p.txt"), Path("r.csv"))}, "receive": {0: 1, "error": 0.005, "seed": 3}}),
+    (("--period", "30,20"), {"task": {"period": (30, 20)}}),
     (("--drop-below", "0.003"), {"task": {"drop_below": 0.003}}),
     (("--by-surface", "s.csv"), {"task": {"surfaces": Path("s.csv")}}),
     (("--sky-patches", "reinhart", "--zenith", "0,1,0"), {"task": {"zenith": (0, 1, 0), "has_sky_patches": True}}),
@@ -226,11 +227,10 @@ class Recorded:
 def test_every_option_reaches_the_work(words, expected, monkeypatch, tmp_path):
     seen = Recorded()
     task = SimpleNamespace(scene=range(2), run=seen.of("run", ({}, "")), run_within=seen.of("within", ({}, "")),
-                           store=seen.of("store"), receive=seen.of("receive", ({}, "")))
+                           rows=seen.of("adaptive"), store=seen.of("store"), receive=seen.of("receive", ({}, "")))
     for place, name, made in (
             ("golden.tasks.view_factors.ViewFactorTask", "task", task),
             ("golden.cast.methods.frustum_caster", "caster", 1),
-            ("golden.light.factors.rows.FactorRows", "adaptive", None),
             ("golden.light.factors.hemisphere_rows.HemisphereRows", "plain", None),
             ("golden.commands.formfactors.worker_pool", "pool", nullcontext())):
         monkeypatch.setattr(place, seen.of(name, made))

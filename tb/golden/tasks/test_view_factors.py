@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from golden.cast.grid import Grid
 from golden.errors import InputError
 from golden.light.factors.files import read_view_factors
 from golden.light.factors.receivers import ReceiverFactors
@@ -95,6 +96,21 @@ def test_receivers_are_written_to_their_table(monkeypatch, tmp_path):
     assert text == f"\n{tmp_path / 'r.csv'}: 1 receiver, estimated error 6.0e-02"
     assert (tmp_path / "r.csv").read_text().splitlines()[1:] == ["0,wall,0.25,0.02", "0,(sky),0.75,0.03"]
     assert ViewFactorTask("furnace:1", tmp_path / "a.npz").receive("caster", error=0.07, seed=5) == ({}, "")
+
+
+def test_a_scene_that_repeats_is_computed_with_its_copies(seconds, tmp_path):
+    """A flat square of side 1, whose copies are one tile around it."""
+    (tmp_path / "a.vs3").write_text("V 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\nS 1 1 2 3 4 0 0 1 road\n")
+    task = ViewFactorTask(str(tmp_path / "a.vs3"), tmp_path / "a.npz", period=(2.0, 3.0))
+    assert len(task.scene) == 9
+    assert len(task.rows(Grid(task.scene), error=0.1)) == 1
+    report, text = task.run(Rows(), SimpleNamespace(remove=lambda: None), method="grid")
+    assert report["length"] == 1
+    for line in ("the scene repeats: a patch counts with those in all 9 tiles; what leaves them counts as sky",
+                 "zenith +z, as VS3 files have it (--zenith)"):
+        assert line in text.splitlines()
+    alone = ViewFactorTask(str(tmp_path / "a.vs3"), tmp_path / "a.npz")
+    assert (len(alone.scene), len(alone.rows(Grid(alone.scene), error=0.1))) == (1, 1)
 
 
 @pytest.mark.parametrize(("surfaces", "message"), [
