@@ -15,13 +15,30 @@ import numpy as np
 from hypothesis import strategies as st
 from PIL import Image
 
-__all__ = ["DIALECTS", "DialectFile", "encoded"]
+__all__ = ["DAMAGES", "DIALECTS", "DialectFile", "damaged", "encoded"]
 
 SHAPES = (((0, 0), (1, 0), (1, 1), (0, 1)), ((0, 0), (1, 0), (0, 1)), ((0, 0), (2, 0), (1.5, 1), (0.5, 1)))
 NAMES = ("Material #25", "Material #26", "Tür", "Tör", "a b", "a", "#1", "C:\\wall", "don't", "壁", "床", "K\u2028x",
          "d…")
 FORMS = st.sampled_from(("{:g}", "{:.3f}", "{:+.4e}", "{:.5E}"))
 BLANKS = st.sampled_from((" ", "  ", "\t", " \t "))
+
+
+# What takes the place of bytes in a damaged file.
+WORDS = (b"", b"\0", b"\xff", b"\n", b"#", b"\\", b"-1", b"nan", b"1e999", b"1_0", b"99999999", b"null", b"[]",
+         b"{}", b'"')
+DAMAGES = st.tuples(st.lists(st.tuples(st.integers(0, 4000), st.sampled_from(WORDS)), min_size=1, max_size=3),
+                    st.sampled_from((1.0, 1.0, 0.99, 0.7)))
+"""Places with words, and the share of a file that is left."""
+
+
+def damaged(data: bytes, damage) -> bytes:
+    """A file with one of `DAMAGES`."""
+    places, end = damage
+    for place, word in places:
+        place %= max(1, len(data))
+        data = data[:place] + word + data[place + max(1, len(word)):]
+    return data[:int(end * len(data))]
 
 
 @dataclass(frozen=True)

@@ -71,12 +71,12 @@ def _row(draw, properties, known):
     return row
 
 
-def _encoded(order, properties, row):
+def _encoded(order, properties, row, blank, end):
     if not order:
         words = []
         for (_, _, length), value in zip(properties, row, strict=True):
             words += [str(len(value)), *map(_word, value)] if length else [_word(value)]
-        return (" ".join(words) + "\n").encode()
+        return (blank.join(words) + end).encode()
     data = b""
     for (_, kind, length), value in zip(properties, row, strict=True):
         if length:
@@ -94,6 +94,7 @@ def ply_files(draw) -> PlyFile:
     """
     kind = draw(st.sampled_from(sorted(_ORDERS)))
     order, end = _ORDERS[kind], draw(st.sampled_from(("\n", "\r\n", "\r")))
+    blank = draw(st.sampled_from((" ", "\t ")))
     coordinates = [draw(st.sampled_from(sorted(_CODES))) for _ in range(3)]
     points = draw(st.lists(st.tuples(*map(_values, coordinates)), min_size=3, max_size=9))
     faces = draw(st.lists(st.lists(st.integers(0, len(points) - 1), max_size=6), min_size=1, max_size=9))
@@ -126,6 +127,6 @@ def ply_files(draw) -> PlyFile:
         head.append(f"element {name} {len(rows)}")
         head += [f"property list {length} {kind} {name}" if length else f"property {kind} {name}"
                  for name, kind, length in properties]
-        body += b"".join(_encoded(order, properties, row) for row in rows)
+        body += b"".join(_encoded(order, properties, row, blank, end) for row in rows)
     data = end.join([*head, "end_header", ""]).encode(draw(st.sampled_from(("utf-8", "latin-1")))) + body
     return PlyFile(data, points, faces, strips, colour_kind, colours)

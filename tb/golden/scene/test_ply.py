@@ -7,7 +7,9 @@ from hypothesis import given, settings
 from golden.errors import InputError
 from golden.scene.appearance import from_srgb
 from golden.scene.ply import read_ply
+from tb.golden.scene.dialects import DAMAGES, damaged
 from tb.golden.scene.ply_files import ply_files
+from tb.golden.scene.test_load import refusal
 from tb.lib.schedules import SETTINGS
 
 
@@ -66,3 +68,15 @@ def test_a_file_without_its_last_byte_is_refused_or_ends_in_a_word(place, file):
     else:
         with pytest.raises(InputError, match="it ends within its"):
             read_ply(place)
+
+
+@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@pytest.mark.parametrize("examples", [40, pytest.param(500, marks=pytest.mark.nightly)])
+def test_a_damaged_file_is_read_or_refused_in_one_line(place, examples):
+    @settings(SETTINGS, max_examples=examples)
+    @given(file=ply_files(), damage=DAMAGES)
+    def refuses(file, damage):
+        place.write_bytes(damaged(file.data, damage))
+        message = refusal(place)
+        assert message is None or (message.startswith(str(place)) and "\n" not in message)
+    refuses()
