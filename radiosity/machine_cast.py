@@ -183,7 +183,9 @@ def _text(report: dict) -> str:
         f"pipeline efficiency {report['efficiency']:.3f}, tests per ray {report['tests_per_ray']:.2f}, "
         f"tests per patch (EDRC) {report['edrc']:.1f}",
         f"patches: own {sources['own']}, store {sources['kept']}, remote {sources['remote']}, cache "
-        f"{sources['hits']}, main memory {sources['misses']}; {report['links']:.2f} links per flit",
+        f"{sources['hits']}, main memory {sources['misses']}",
+        f"deferred requests {report['deferred']}; {counted(report['shared']['flits'], 'flit')}, {report['links']:.2f} "
+        "links each",
         "", f"{'cluster':28} " + " ".join(f"{number:>9}" for number in range(report["clusters"]))]
     for name in report["each"][0]:
         values = [one[name] for one in report["each"]]

@@ -14,13 +14,9 @@ from hw.commands.choices import POLICIES
 __all__ = ["MachineMethod"]
 
 _MOST_CLUSTERS = 64
-# The presets whose clusters and network are the machine's own; machines of the others are scaled to the run.
-_WHOLE = ("thesis",)
-_OWN = f"the preset's with --preset {' or '.join(_WHOLE)}"
-
 _MEMORY = (
-    click.option("--topology", type=click.Choice(TOPOLOGIES), help=f"Set the machine's network.  [default: mesh; "
-                 f"{_OWN}]"),
+    click.option("--topology", type=click.Choice(TOPOLOGIES), help="Set the machine's network.  [default: the "
+                 "preset's]"),
     click.option("--policy", type=click.Choice(POLICIES), help="Set the policy of the machine's caches.  [default: the "
                  "preset's]"),
     click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="Set the latency of main memory in "
@@ -29,7 +25,7 @@ _MEMORY = (
                  "cycles to each read of main memory, and return replies in any order."),
     click.option("--memory-seed", type=click.IntRange(0, (1 << 32) - 1), default=1, help="Set the seed of --spread."))
 _CLUSTERS = click.option("--clusters", type=int, help="Set the number of the machine's clusters, a power of two up to "
-                         f"{_MOST_CLUSTERS}.  [default: 1; {_OWN}]")
+                         f"{_MOST_CLUSTERS}.  [default: the preset's]")
 _PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
 _WORK = (
     click.option("--ratio", type=int, default=64, help="Schedule by a sparse casting: one ray of so many."),
@@ -53,11 +49,9 @@ class MachineMethod(CastingMethod):
 
     name = "machine"
     about = ("The machine is simulated: its RTL finds the hits. Unless -P sets them, it has icu.rays=16384, "
-             "icu.generation_bits=8 and a run-ahead depth (ctu.run_ahead) of at least 6. "
-             f"With --preset {' or '.join(_WHOLE)} it has the "
-             "preset's clusters, network and run-ahead depth. Its choice of --cell is the one with the fewest "
-             "predicted cycles.")
-    default_clusters = f"the preset's with --method machine --preset {' or '.join(_WHOLE)}"
+             "icu.generation_bits=8 and a run-ahead depth (ctu.run_ahead) of at least 6. Its choice of --cell is the "
+             "one with the fewest predicted cycles.")
+    default_clusters = "the preset's with --method machine"
     options = (_CLUSTERS, *_MEMORY, _PRESET, ASSIGNMENTS)
     frustum_options = (*_MEMORY, *_WORK)
 
@@ -112,11 +106,9 @@ class MachineMethod(CastingMethod):
         return CONFIGURATIONS[preset].with_parameters(assignments)
 
     @staticmethod
-    def _config(config, *, clusters, topology, preset, assignments, **_):
+    def _config(config, *, clusters, topology, assignments, **_):
         from hw.simulator.simulation_config import simulation_config
 
-        if preset not in _WHOLE:
-            clusters, topology = 1 if clusters is None else clusters, topology or "mesh"
         return simulation_config(config, clusters=clusters, topology=topology,
                                  given=tuple(one.partition("=")[0] for one in assignments))
 

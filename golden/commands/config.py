@@ -1,4 +1,4 @@
-"""``config``: the parameters of the machine and what is derived from them."""
+"""``config``: the parameters of the machine, what is derived from them, and its parts."""
 
 import click
 
@@ -10,11 +10,11 @@ from golden.commands.parameters import ASSIGNMENTS
 __all__ = ["show_config"]
 
 
-@click.command("config", cls=Task, short_help="Print parameters and what is derived from them.")
+@click.command("config", cls=Task, short_help="Print parameters, what is derived from them, and the machine's parts.")
 @click.argument("preset", type=click.Choice(PRESETS))
 @ASSIGNMENTS
 def show_config(preset, assignments):
-    """Print the parameters of PRESET and the widths and formats derived from them."""
+    """Print the parameters of PRESET, the widths and formats derived from them, and which parts the machine has."""
     from golden.tasks.config import config_report
 
     console().report(*config_report(preset, assignments))

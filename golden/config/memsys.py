@@ -70,7 +70,7 @@ class Memsys:
     own_cells: int = 1 << 12
     own_entries: int = 1 << 14
     own_patches: int = 512
-    store_patches: int = 0
+    store_patches: int = 128
     store_requests: int = 16
     resident_set: str = "filled"
     filter_generation_bits: int = 8

@@ -8,7 +8,9 @@ from golden.config.noc import Noc
 
 __all__ = ["PRESETS"]
 
-# tiny: simulates in seconds.
+# All have the five parts that `Config.parts` names; what a preset leaves out it names with a 0.
+#
+# tiny: simulates in seconds. Beside 256 patches of the resident set 32 of a patch store.
 # small: a cluster fits an ECP5-85, whose block RAM bounds the rays; its tables of grid rays suffice for the built-in
 #   scenes with cells of 1/16 and larger. Beside 512 patches of the resident set 128 of a patch store, whose 8 requests
 #   are as many as the network's.
@@ -18,12 +20,13 @@ __all__ = ["PRESETS"]
 #   subshells (4.4.2.4), one after the other: a barrier after each subshell and none between its shells (5.2.4.1). Grid
 #   rays have presence bits, and requests for absent rays are deferred (Fig. 5.10). One traversal pipeline, and survival
 #   by the settle map's tiles alone. Resident sets are the patches that the low-density casting found (4.4.2.1). Caches
-#   are fully associative with LFU replacement (5.3.7). Eight clusters in a torus with separate networks for requests
-#   and replies (tables 6.2 and 6.3). Measured with cells of 0.5 and 0.0625.
-# large: the largest that still simulates.
+#   are fully associative with LFU replacement (5.3.7), and there is no patch store: the I-structure is that of the grid
+#   rays. Eight clusters in a torus with separate networks for requests and replies (tables 6.2 and 6.3). Measured with
+#   cells of 0.5 and 0.0625.
+# large: the largest that still simulates, with memory for patches as in paper.
 PRESETS = {
     "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
-                   memsys=Memsys(scene_cells=1 << 12, own_patches=256),
+                   memsys=Memsys(scene_cells=1 << 12, own_patches=256, store_patches=32, store_requests=4),
                    noc=Noc(columns=2, rows=1, virtual_channels=1)),
     "small": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13), ctu=Ctu(grid_row_bits=10, grid_column_bits=12),
                     memsys=Memsys(scene_cells=1 << 14, store_patches=128, store_requests=8),
@@ -35,11 +38,11 @@ PRESETS = {
     "thesis": Config(ctu=Ctu(pipelines=1, ray_slots=1 << 11, run_ahead=15, pyramid_levels=1, subshell_bits=10,
                              subshell_barrier=1),
                      memsys=Memsys(cache_policy="lfu", cell_lines=64, patch_lines=64, resident_set="found",
-                                   own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, bus_requests=16,
-                                   filter_generation_bits=4),
+                                   own_cells=1 << 16, own_entries=1 << 17, own_patches=1024, store_patches=0,
+                                   bus_requests=16, filter_generation_bits=4),
                      noc=Noc(topology="torus", requests=16)),
     "large": Config(icu=Icu(rays=1 << 20, patch_bits=20, generation_bits=8),
                     memsys=Memsys(scene_cells=1 << 20, own_cells=1 << 17, own_entries=1 << 18, own_patches=4096,
-                                  bus_requests=16),
+                                  store_patches=1024, bus_requests=16),
                     noc=Noc(topology="torus", columns=4, rows=4, requests=16)),
 }

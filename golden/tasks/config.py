@@ -1,17 +1,19 @@
-"""The parameters of the machine and what is derived from them."""
+"""The parameters of the machine, what is derived from them, and the parts that it has."""
 
 import dataclasses
 import inspect
 import re
 
 from golden.config import PRESETS, Config
+from golden.config.parts import parts
 from golden.fixed import Format
 
 __all__ = ["about_parameters", "config_report"]
 
 
 def config_report(preset: str, assignments: tuple[str, ...]) -> tuple[dict, str]:
-    """The parameters of a preset with changes, and what is derived from them: for JSON, and as tables.
+    """The parameters of a preset with changes, what is derived from them, and the machine's parts: for JSON, and as
+    tables.
 
     Raises
     ------
@@ -30,7 +32,12 @@ def config_report(preset: str, assignments: tuple[str, ...]) -> tuple[dict, str]
     for path, entry in derived.items():
         bits, form = (entry["bits"], entry["format"]) if "bits" in entry else ("", entry["value"])
         lines.append(f"{path:{width}} {bits:>4}  {form!s:15} {entry['about']}")
-    return {"preset": preset, "parameters": parameters, "derived": derived}, "\n".join(lines)
+    found = parts(config)
+    name, size = (max(len(getattr(part, column)) for part in found) for column in ("name", "size"))
+    lines.append(f"\n{'part':{name}}  {'size':{size}}  what it is, or why there is none")
+    lines += [f"{part.name:{name}}  {part.size or 'none':{size}}  {part.about}" for part in found]
+    return {"preset": preset, "parameters": parameters, "derived": derived, "parts": {
+        part.name: {"size": part.size, "about": part.about} for part in found}}, "\n".join(lines)
 
 
 def _derived(config: Config) -> dict[str, dict]:

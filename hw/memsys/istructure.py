@@ -59,6 +59,8 @@ class IStructure(wiring.Component):
         Writes to a location that is present; its data stay.
     waiting : Out(range(deferred + 1))
         Reads in the deferred store.
+    defers : Out(1)
+        A read begins to wait.
 
     Timing
     ------
@@ -93,6 +95,7 @@ class IStructure(wiring.Component):
             "i_read": In(items(address=range(depth), tag=tag)), "i_write": In(items(address=range(depth), data=shape)),
             "o_read": Out(items(tag=tag, data=shape)),
             "o_refused": Out(stream.Signature(range(depth), always_ready=True)), "waiting": Out(range(deferred + 1)),
+            "defers": Out(1),
             **({"i_renew": In(stream.Signature(range(depth))), "releases": Out(1)} if renews else {})})
         self.latency = 5
 
@@ -201,6 +204,7 @@ class IStructure(wiring.Component):
             data.eq(Mux(read.state.present, read.state.data, write.carried)),
             store.i.valid.eq(read_there[-1] & ~present & ~forgets), store.i.payload.tag.eq(read.carried),
             store.i.payload.chain.eq(read.state.chain), defers.eq(store.i.valid & store.i.ready),
+            self.defers.eq(defers),
             moves.eq(self.o_read.ready | ~self.o_read.valid), store.o.ready.eq(moves),
             advances.eq(~read_there[-1] | Mux(present, moves & ~follows, store.i.ready & ~forgets)),
             # A read of what may be renewed stays behind the reads that waited longer.

@@ -31,13 +31,15 @@ from hw.memsys.work_count import WorkCount
 
 __all__ = ["COUNTERS", "MemorySystem"]
 
-# Since the beginning of the frustum, the last two since reset, with what each one counts.
+# Since the beginning of the frustum, the last three since reset, with what each one counts.
 COUNTERS = {
     "seen": "cells from the traversal", "opened": "cells opened, each once", "named": "entries of their patch lists",
     "found": "patches found, each once", "own": "patches from the cluster's own memory",
     "kept": "patches from the patch store, without a fetch", "remote": "patches from other clusters",
     "hits": "patches from the cache", "misses": "patches from main memory",
-    "answered": "patches sent to other clusters", "stalls": "cycles in which a vertex stalled at the intersection unit"}
+    "answered": "patches sent to other clusters",
+    "deferred": "requests that waited in the patch store for a fetch",
+    "stalls": "cycles in which a vertex stalled at the intersection unit"}
 
 # Capacities: of the queues before the filters, for cells and for patches, and of those before each source of patches.
 CELL_QUEUE, PATCH_QUEUE, REQUEST_QUEUE = 16, 32, 4
@@ -238,6 +240,7 @@ class MemorySystem(wiring.Component):
             (timeout.expired, PathFault.TIMEOUT, 0)))
         m.d.comb += [self.counters.seen.eq(cell_filter.seen), self.counters.opened.eq(cell_filter.passed),
                      self.counters.named.eq(patch_filter.seen), self.counters.found.eq(patch_filter.passed)]
+        m.d.comb += self.counters.deferred.eq(others.deferred)
         self._add_counters(m, own=merge.left[0], remote=others.remote,
                            totals={"hits": bus.hits, "misses": bus.misses, "kept": others.hits})
         return m
@@ -320,7 +323,8 @@ class MemorySystem(wiring.Component):
         self._route_fetches(m, fetched, bus)
         wiring.connect(m, wiring.flipped(self.i_reply), merge.i[1])
         wiring.connect(m, bus.o_vertex, merge.i[2])
-        return _Others(starts=(), lost=(bus.lost_patch,), remote=merge.left[1], hits=Const(0, 32), taken=Const(0, 1))
+        return _Others(starts=(), lost=(bus.lost_patch,), remote=merge.left[1], hits=Const(0, 32),
+                       deferred=Const(0, 32), taken=Const(0, 1))
 
     def _add_store(self, m, fetched, bus, merge):
         """Patches that others hold, through the patch store."""
@@ -345,7 +349,7 @@ class MemorySystem(wiring.Component):
         with m.If(self.i_load_cells.valid | self.i_load_types.valid | self.i_load_geometry.valid):
             m.d.sync += is_old.eq(1)
         return _Others(starts=((store.i_start, is_old),), lost=tuple(store.lost), remote=fills.left[0], hits=store.hits,
-                       taken=store.taken)
+                       deferred=store.deferred, taken=store.taken)
 
     def _add_check(self, m, name, vertex, moves):
         """Whether a patch has come from a memory that does not hold it, and which one; a cycle later."""
@@ -399,8 +403,8 @@ class _Others:
         Bits: a patch leaves without vertices.
     remote
         A patch of another cluster has come, or leaves.
-    hits
-        Patches from the store, since reset.
+    hits, deferred
+        Patches from the store without a fetch, and requests that have waited in it, since reset.
     taken
         Entries of the store in flight.
     """
@@ -409,4 +413,5 @@ class _Others:
     lost: tuple
     remote: Value
     hits: Value
+    deferred: Value
     taken: Value

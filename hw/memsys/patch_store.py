@@ -71,6 +71,8 @@ class PatchStore(wiring.Component):
         Requests that end without a patch, a bit for each; the fetch has failed. The frame keeps nothing.
     hits : Out(32)
         Requests without a fetch, since reset.
+    deferred : Out(32)
+        Requests that have waited in the `IStructure`, since reset.
 
     Timing
     ------
@@ -101,7 +103,7 @@ class PatchStore(wiring.Component):
             "i_start": In(stream.Signature(0)), "i": In(stream.Signature(request)),
             "o_fetch": Out(stream.Signature(request)), "i_fill": In(vertices),
             "i_lost": In(stream.Signature(formats.patch)), "o_stored": Out(vertices), "o_passed": Out(vertices),
-            "lost": Out(2), "hits": Out(32)})
+            "lost": Out(2), "hits": Out(32), "deferred": Out(32)})
         # Entries in flight; the memory system checks that all are free when a frustum begins.
         self.taken = Signal(requests)
         # A request in flight, from its lookup until its last vertex has left.
@@ -126,7 +128,7 @@ class PatchStore(wiring.Component):
             shape=self._vertex, depth=VERTICES * self._frames, init=[], attrs={"no_rw_check": 1})
         # Frames that lose their tag.
         forgets = stream.Signature(range(self._frames)).create()
-        m.d.sync += self.lost.eq(0)
+        m.d.sync += [self.lost.eq(0), self.deferred.eq(self.deferred + presence.defers)]
         looks = Signal()
         begun = self._add_start(m, generations, presence, looks | taken.any())
         looked_up, fetched = self._add_lookup(m, entries=entries, taken=taken, tags=tags, generations=generations,

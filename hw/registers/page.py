@@ -57,7 +57,7 @@ and its memory together. After `WRITE_TIMEOUT` the same holds of writes and `WRI
 ## Counters
 
 Words from {base:#x} on, {stride} bytes for each cluster; beyond the last one they read as 0. They count from the
-beginning of the section, `memory_answered` and `memory_stalls` since reset.
+beginning of the section, `memory_answered`, `memory_deferred` and `memory_stalls` since reset.
 
 | offset | counter | counts |
 |---|---|---|

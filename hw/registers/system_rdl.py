@@ -51,7 +51,7 @@ addrmap {name} {{
 {registers}
     regfile {{
         name = "Counters of a cluster";
-        desc = "They count from the beginning of the section, memory_answered and memory_stalls since reset.";
+        desc = "From the beginning of the section on; memory_answered, memory_deferred, memory_stalls since reset.";
 {files}
     }} counters[{clusters}] @ {COUNTERS_BASE:#06x} += {WORD_BYTES << COUNTER_BITS:#x};
 }};

@@ -28,7 +28,7 @@ def cast_report(record: FrustumRecord, done: list[JobResult], config: Config) ->
         "efficiency": tested / cast / len(last.counters), "tests_per_ray": tested / len(record),
         "edrc": tested / max(1, patches), "links": last.links(config),
         "sources": {name: last.total(f"memory_{name}") for name in ("own", "kept", "remote", "hits", "misses")},
-        "shared": last.shared,
+        "deferred": last.total("memory_deferred"), "shared": last.shared,
         "each": [{"efficiency": one["intersection_tested"] / cast,
                   "edrc": one["intersection_tested"] / max(1, one["memory_found"]), **one}
                  for one in last.counters]}

@@ -24,7 +24,7 @@ __all__ = ["KEPT", "OF_CACHES", "SHARED_COUNTERS", "SINCE_RESET", "FrustumResult
 OF_CACHES = ("cell_hits", "cell_misses", "patch_hits", "patch_misses")
 SHARED_COUNTERS = ("flits", "flit_stalls", *OF_CACHES)
 # Counters of a cluster that the machine does not clear when a section begins.
-SINCE_RESET = ("memory_answered", "memory_stalls")
+SINCE_RESET = ("memory_answered", "memory_deferred", "memory_stalls")
 # The counter that completion records have no field for: it follows from the others.
 KEPT = "memory_kept"
 # Cycle counters wrap.

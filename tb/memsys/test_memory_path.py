@@ -31,7 +31,8 @@ CLUSTERS = 2
 SMALL = {"memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries": 128, "memsys.own_patches": 16,
          "memsys.reply_ids": 2, "memsys.bus_requests": 2, "memsys.cell_lines": 8, "memsys.patch_lines": 8,
          "memsys.cache_ways": 2, "memsys.lfu_lines": 4, "memsys.cache_fetches": 2, "memsys.filter_generation_bits": 2,
-         "icu.patch_bits": 9, "noc.columns": CLUSTERS, "noc.rows": 1, "memory.timeout_bits": 10}
+         "icu.patch_bits": 9, "noc.columns": CLUSTERS, "noc.rows": 1, "memory.timeout_bits": 10,
+         "memsys.store_patches": 0}
 CASES = ("whole_frusta", "what_is_malformed", "one_vertex_per_cycle")
 LONG = ("every_pair_of_stalls", "reset_in_flight")
 # A patch store that replaces patches; and one whose requests are in a known order, as all lists are here.

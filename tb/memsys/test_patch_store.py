@@ -40,8 +40,8 @@ class Run:
     ----------
     patches
         Requests in their order.
-    spread
-        Fetches are answered after 1 to so many cycles, in any order.
+    spread, least
+        Fetches are answered after 1 to so many cycles, and ``least`` more, in any order.
     gap
         Cycles between requests at most; None: each comes when the one before has been answered.
     stall
@@ -56,10 +56,12 @@ class Run:
         Cycles in which the store is reset with all that is in flight, which is requested again.
     """
 
-    def __init__(self, patches, *, seed=1, spread=30, gap=0, stall=0.0, lost=(), void=(), restarts=(), resets=()):
+    def __init__(self, patches, *, seed=1, spread=30, least=0, gap=0, stall=0.0, lost=(), void=(), restarts=(),
+                 resets=()):
         self.patches, self.draw, self.spread, self.gap = list(patches), random.Random(seed), spread, gap
         self.void = set(void)
-        self.stall, self.lost_fetches, self.restarts, self.resets = stall, set(lost), set(restarts), set(resets)
+        self.least, self.stall, self.lost_fetches = least, stall, set(lost)
+        self.restarts, self.resets = set(restarts), set(resets)
         self.fetched, self.answers, self.lost, self.accepted, self.times = [], [], 0, [], []
         self.at_fetch, self.first_vertex, self.hits = [], [], None
         # Requests accepted and answered before each reset.
@@ -121,7 +123,7 @@ class Run:
                 patch = ctx.get(fetch.patch)
                 where = ctx.get(fetch.is_remote), ctx.get(fetch.node)
                 assert where == (patch & 1, node_of(patch)), "a fetch says where its patch is"
-                waiting.append((self.cycle + 1 + self.draw.randrange(self.spread), patch, fetches))
+                waiting.append((self.cycle + 1 + self.least + self.draw.randrange(self.spread), patch, fetches))
                 self.fetched.append(patch)
                 self.at_fetch.append(self.cycle)
                 fetches, self.event = fetches + 1, self.cycle
@@ -171,7 +173,7 @@ class Run:
             late = [name for name in parts if ctx.get(getattr(dut, name).valid)]
             assert (late, ctx.get(dut.lost)) == ([], 0), "each request is answered once"
             await ctx.tick()
-        self.hits = ctx.get(dut.hits)
+        self.hits, self.deferred = ctx.get(dut.hits), ctx.get(dut.deferred)
 
 
 def assert_answered(run, patches):
@@ -227,6 +229,17 @@ def test_one_fetch_serves_all_who_wait():
     run = Run(patches, spread=1, gap=0)
     assert run.fetched == [3, 5]
     assert_answered(run, patches)
+
+
+def test_what_waits_for_a_fetch_is_counted():
+    """All in flight where the fetch takes longest; where requests come one by one, those alone that are fetched and
+    kept.
+    """
+    assert Run([3] * REQUESTS, least=60).deferred == REQUESTS
+    patches = [3, 3, 5, 5 + FRAMES, 3, 5 + FRAMES, 5]
+    run = Run(patches, gap=None)
+    assert run.fetched == [3, 5, 5 + FRAMES, 5 + FRAMES]
+    assert run.deferred == len({3, 5}), "what is passed on waits in no frame"
 
 
 def test_a_frame_in_use_is_not_renewed():

@@ -77,7 +77,8 @@ BAD = {
     "cell": (("cast", "cornell", "--patch", "0", *ON, "--cell", "2"), "Cell size must be"),
     "patch": (("cast", "cornell", "--patch", "999", *ON), "Patch must be 0 to"),
     "parameter": (("cast", "cornell", "--patch", "0", *ON, "-P", "icu.speed=1"), "no parameter 'icu.speed'"),
-    "two numbers of clusters": (("cast", "cornell", "--patch", "0", *ON, "-P", "noc.rows=2"),
+    "two numbers of clusters": (("cast", "cornell", "--patch", "0", *ON, "--clusters", "1", "-P",
+                                 "noc.rows=2"),
                                 "--clusters sets noc.rows (--clusters 1 here), so -P noc.rows cannot be given"),
     "two topologies": (("cast", "cornell", "--patch", "0", *ON, "--preset", "thesis", "--topology", "ring", "-P",
                         "noc.topology=mesh"), "--topology sets noc.topology (--topology ring here)"),
@@ -174,8 +175,9 @@ COMMAND_WORDS = {"cast": ("cast", "cornell", "--patch", "0", "--rays", "16x4", "
     (("--preset", "thesis", "--topology", "ring"), 8, "ring", 15),
     (("--preset", "thesis", "-P", "noc.columns=2"), 4, "torus", 15),
     (("--preset", "thesis", "-P", "ctu.run_ahead=2"), 8, "torus", 2),
-    (("--preset", "large"), 1, "mesh", 6),
-    ((), 1, "mesh", 6)], ids=lambda value: "-".join(value) if isinstance(value, tuple) else None)
+    (("--preset", "large"), 16, "torus", 6),
+    (("--clusters", "1"), 1, "mesh", 6),
+    ((), 8, "mesh", 6)], ids=lambda value: "-".join(value) if isinstance(value, tuple) else None)
 def test_the_machine_is_that_of_its_preset(machines, command, options, nodes, topology, run_ahead):
     result = run(radiosity.cli.main, *COMMAND_WORDS[command], *ON, *options)
     assert result.stderr == "error: machine: enough\n"
@@ -188,8 +190,9 @@ def test_the_machine_is_that_of_its_preset(machines, command, options, nodes, to
 def test_help_names_the_defaults_of_the_machine(command):
     text = " ".join(run(radiosity.cli.main, command, "--help").stdout.split()).replace("- ", "-")
     for about in ("Unless -P sets them, it has icu.rays=16384, icu.generation_bits=8 and a run-ahead depth",
-                  "With --preset thesis it has the preset's clusters, network and run-ahead depth.",
-                  "[default: mesh; the preset's with --preset thesis]"):
+                  "[default: 1; the preset's with --method machine]" if command == "cast" else
+                  "a power of two up to 64. [default: the preset's]",
+                  "Set the machine's network. [default: the preset's]"):
         assert about in text, text
     waves = "some 0.03 MB a cycle with four clusters; beside it a save file for GTKWave (.gtkw). Needs a second"
     assert (waves in text) == (command == "cast")
@@ -454,7 +457,8 @@ def test_the_report_of_a_cast_has_the_figures_of_the_last_job():
     zeros = dict.fromkeys(("traversal_requests", "traversal_rays", "traversal_cells"), 0)
     sources = {f"memory_{name}": count for name, count in zip(
         ("own", "kept", "remote", "hits", "misses"), (3, 5, 7, 11, 13), strict=True)}
-    one = zeros | sources | {"traversal_steps": 90, "intersection_tested": 70, "memory_found": 20}
+    one = zeros | sources | {"memory_deferred": 17, "traversal_steps": 90, "intersection_tested": 70,
+                             "memory_found": 20}
     two = one | {"intersection_tested": 50, "memory_found": 0}
     frustum = FrustumResult(hits=np.array([-1, 0, 4, -1, 0]), sums=None, records=np.zeros(3, COMPLETION.dtype))
     first, last = (JobResult(
@@ -466,7 +470,7 @@ def test_the_report_of_a_cast_has_the_figures_of_the_last_job():
         "rays": 5, "hits": 3, "cycles": 500, "first_cycles": 900, "load_cycles": 80, "cast_cycles": 100,
         "result_cycles": 6, "sections": 3, "bound": {"traversal": 45, "intersection": 70, "patches": 80},
         "of_bound": 0.8, "efficiency": 0.6, "tests_per_ray": 24.0, "edrc": 6.0,
-        "links": last.links(PRESETS["tiny"]), "shared": {"flits": 224},
+        "links": last.links(PRESETS["tiny"]), "deferred": 34, "shared": {"flits": 224},
         "sources": {name.partition("_")[2]: 2 * count for name, count in sources.items()},
         "each": [one | {"efficiency": 0.7, "edrc": 3.5}, two | {"efficiency": 0.5, "edrc": 50.0}]}
 
@@ -484,6 +488,8 @@ def test_cast(folder):
     assert 0 < found["of_bound"] <= 1
     assert found["overridden"] == {}
     assert sum(found["sources"].values()) == sum(one["memory_found"] for one in found["each"])
+    assert found["deferred"] == sum(one["memory_deferred"] for one in found["each"]) > 0
+    assert found["shared"]["flits"] > 0
     run(golden.cli.main, "cast", "cornell", "--patch", "4", "--rays", "32x8", "-o", "expected.npz")
     with np.load("hits.npz") as machine, np.load("expected.npz") as expected:
         assert {name: machine[name].tobytes() for name in machine} == {

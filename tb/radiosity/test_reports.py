@@ -26,7 +26,7 @@ REPORTS = {
     "intersect": (("intersect", "furnace:1", "rays.npz", "-o", "hits.npz"), {"output", "rays", "hits"}),
     "scenes": (("scenes",), {"scenes"}),
     "scene": (("scene", "tetra:1", "-o", "a.obj"), {"output", "patches"}),
-    "config": (("config", "tiny"), {"preset", "parameters", "derived"}),
+    "config": (("config", "tiny"), {"preset", "parameters", "derived", "parts"}),
     "stimulus": (("stimulus", "icu.reciprocal", "-n", "3", "-o", "a.npz"), {"output", "header"}),
     "verilog": (("verilog", "--top", "router", "--preset", "tiny", "-o", "core"), {"output"}),
     "registers": (("registers",), {"page"}),

@@ -18,10 +18,11 @@ __all__ = ["BASE", "CLUSTERS", "CONFIGS", "LISTS", "ONE_CLUSTER", "SMALL", "TWO_
 
 # Beyond 2^32.
 BASE = 0x1_0000_4000
-# Capacities for small frusta only: resident sets, lists and caches are too small for the scene.
+# Capacities for small frusta only: resident sets, stores, lists and caches are too small for the scene.
 SMALL = {"icu.rays": 1024, "icu.side_bits": 6, "icu.patch_bits": 9, "icu.generation_bits": 2,
          "memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries": 128, "memsys.own_patches": 16,
-         "memsys.cell_lines": 8, "memsys.patch_lines": 8, "memsys.lfu_lines": 4, "memsys.cache_fetches": 2,
+         "memsys.store_patches": 8, "memsys.store_requests": 4, "memsys.cell_lines": 8, "memsys.patch_lines": 8,
+         "memsys.lfu_lines": 4, "memsys.cache_fetches": 2,
          "memsys.filter_generation_bits": 2, "memory.timeout_bits": 9, "ctu.ray_slots": 256, "ctu.grid_row_bits": 7,
          "ctu.grid_column_bits": 9, "ctu.shell_bits": 4, "ctu.near_cell_bits": 5, "noc.rows": 1}
 # With subshell lists.

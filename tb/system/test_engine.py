@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from golden.cast.shelling import Shelling
+from golden.jobs.completion import patch_sources
 from golden.jobs.descriptor import Kind
 from golden.jobs.result_formats import HitFormat
+from golden.machines.store_path import store_after
 from golden.memory_map.layout import EVERY_CLUSTER, NONE
 from golden.memsys.cache import Cache
 from golden.memsys.reference_strings import ReferenceStrings
@@ -138,7 +140,11 @@ def test_counters_of_each_cluster(clusters):
             assert ((mine["own"] > 0) == (cluster == home)).all()
             assert ((mine["remote"] > 0) == (home not in (None, cluster))).all()
             assert one["memory_answered"] == (found["remote"].sum() if cluster == home else 0)
-        assert (found["found"] == found["own"] + found["remote"] + found["hits"] + found["misses"]).all()
+            # The store is empty when the first section begins.
+            kept = patch_sources(mine)["kept"]
+            assert kept[0] == 0
+            assert (kept[1:] > 0).all()
+            assert one["memory_deferred"] > 0
         for name in "tested", "visited", "steps", "cycles":
             assert (found[name] > 0).all()
         for name in "hits", "misses":
@@ -164,13 +170,14 @@ class Requests:
         self.patches = [patch for (one,) in strings.patches for patch in one.tolist() if not held[patch]]
 
     def counted(self, policy):
-        """Hits and misses of the caches of cells and patches."""
+        """Hits and misses of the caches of cells and patches, and hits of the one store in front of them."""
         memsys, found = self._config.replace({"memsys.cache_policy": policy.name.lower()}).memsys, []
-        for lines, keys in (memsys.cell_lines, self.cells), (memsys.patch_lines, self.patches):
+        store, fetched = store_after(memsys.store_patches, np.array(self.patches))
+        for lines, keys in (memsys.cell_lines, self.cells), (memsys.patch_lines, fetched):
             cache = Cache.of(memsys, lines=lines)
             cache.access(np.array(keys, dtype=np.int64))
             found += [cache.hits, cache.misses]
-        return found
+        return found, store.hits
 
     def beats(self, key):
         """Of main memory, to read a part of a cell's list: the record, and a word for every two entries."""
@@ -187,7 +194,7 @@ PHASES = (0.3, 0, 2), (0.5, 0, 4), (0.5, 6, 4)
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_each_policy_hits_and_misses_as_golden(clusters):
     """One cluster opens its cells in golden's order. With large cells it has all lists, so its patches come in golden's
-    order, too, and those that it does not hold are requested of the cache.
+    order, too, and those that neither it nor its store holds are requested of the cache.
     """
     counted = {policy: [] for policy in CachePolicy}
     for cell, held, exact in PHASES:
@@ -198,12 +205,13 @@ def test_each_policy_hits_and_misses_as_golden(clusters):
         assert bool(requests.cells) == (cell < 0.5)
         for policy, before in counted.items():
             with JobMachine(job, expected=expected) as machine:
-                machine.right(policy=policy)
+                kept = patch_sources(casts(machine, machine.right(policy=policy)))["kept"].sum()
                 found = [machine(machine.host.read(name)) for name in CACHES]
-            golden = requests.counted(policy)
+            golden, hits = requests.counted(policy)
             before.append(golden)
-            assert sum(found) == sum(golden)
+            assert (sum(found[:2]), sum(found[2:]) + kept) == (len(requests.cells), len(requests.patches))
             assert found[:exact] == golden[:exact]
+            assert exact < len(CACHES) or kept == hits > 0
     assert all(counted[one] != counted[other] for one, other in combinations(CachePolicy, 2))
 
 
@@ -226,9 +234,11 @@ def test_requests_of_two_clusters_are_goldens(clusters):
             # Those of the descriptors and near cells are no part of it.
             beats += machine.port.read_beats - sum(
                 24 + -(-int(one["near_count"]) // 2) for one in job.descriptors[1:])
-            machine.check(machine(machine.host.collect(job)))
+            records = machine(machine.host.collect(job))
+            machine.check(records)
+            kept = patch_sources(records)["kept"].sum()
             cell_hits, cell_misses, patch_hits, patch_misses = (machine(machine.host.read(name)) for name in CACHES)
-        assert (cell_hits + cell_misses, patch_hits + patch_misses) == (len(cells), len(patches))
+        assert (cell_hits + cell_misses, patch_hits + patch_misses + kept) == (len(cells), len(patches))
         assert len(set(cells)) <= cell_misses < len(cells)
         assert len(set(patches)) <= patch_misses < len(patches)
         lists, each = beats - PATCH_WORDS * patch_misses, [requests.beats(key) for key in cells]

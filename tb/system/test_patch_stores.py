@@ -6,13 +6,12 @@ import pytest
 from golden.jobs.job import plan_job
 from hw.registers.error_code import ErrorCode
 from hw.simulator.simulated_port import complete
-from tb.lib.configurations import config_of
-from tb.system.job_machine import BASE, SMALL, JobMachine
+from tb.system.job_machine import BASE, CONFIGS, JobMachine
 from tb.system.job_memory import JobMemory
 from tb.system.scenes import phase
 
 # Each cluster holds 16 patches, and 8 of others: a part of the scene stays in main memory.
-CONFIG = config_of(SMALL | {"noc.columns": 2, "memsys.store_patches": 8, "memsys.store_requests": 4})
+CONFIG = CONFIGS[2]
 # Until the stop, during the first phase.
 CYCLES = 9000
 SOURCES = ("own", "remote", "hits", "misses")

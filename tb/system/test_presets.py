@@ -1,16 +1,27 @@
-"""All presets are elaborated: what is connected is as wide at both ends, and every tag has its bits.
+"""All presets are elaborated: what is connected is as wide at both ends, every tag has its bits, and all parts of the
+machine are there.
 
 Simulations of a commit have few clusters, where a tag that is a bit too narrow is as wide as it must be.
 """
 
+from contextlib import contextmanager
+
 import pytest
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Fragment, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PRESETS
+from golden.config.parts import parts
 from hw.cluster import Cluster
+from hw.ctu.cell_traversal import CellTraversal
 from hw.engine import Engine
+from hw.icu.intersection_pipeline import IntersectionPipeline
+from hw.memsys.cache import Cache
+from hw.memsys.istructure import IStructure
+from hw.memsys.local_patch_geometry import LocalPatchGeometry
+from hw.memsys.memory_system import MemorySystem
+from hw.noc.router import Router
 from tb.system import truncations as module
 from tb.system.truncations import truncations
 
@@ -29,14 +40,45 @@ FIELDS = {f"hw/{folder}/{name}.py" for folder, names in {
 }.items() for name in names}
 
 
-# A commit has the one with all units; the others are in `make sim`.
+# What a part is made of.
+PARTS = {"cell traversal": {CellTraversal}, "intersection pipeline": {IntersectionPipeline},
+         "resident set and caches": {LocalPatchGeometry, Cache}, "I-structure": {IStructure}, "router": {Router}}
+
+
+@contextmanager
+def elaborated():
+    """The classes of `PARTS` that are elaborated meanwhile."""
+    found = set()
+    with pytest.MonkeyPatch.context() as patch:
+        for cls in set().union(*PARTS.values()):
+            def elaborate(self, platform, *, cls=cls, make=cls.elaborate):
+                found.add(cls)
+                return make(self, platform)
+
+            patch.setattr(cls, "elaborate", elaborate)
+        yield found
+
+
+# A commit has the one with all units but the store; the others are in `make sim`.
 @pytest.mark.parametrize("preset", [
     pytest.param(preset, marks=[pytest.mark.sim] * (preset != "thesis")) for preset in PRESETS])
-def test_no_bit_is_lost_unsaid(preset):
+def test_no_bit_is_lost_unsaid_and_no_part_is_missing(preset):
     config = PRESETS[preset]
-    found = truncations(Engine(config=config, black_boxes=True), Cluster(config=config))
+    with elaborated() as built:
+        found = truncations(Engine(config=config, black_boxes=True), Cluster(config=config))
     assert {name: lines for name, lines in found.items() if name not in FIELDS} == {}
     assert found.keys() >= FIELDS, "files that lose no bits any more"
+    assert built == set().union(*(PARTS[part.name] for part in parts(config) if part.size))
+
+
+@pytest.mark.parametrize(("preset", "changes"), [*((preset, {}) for preset in PRESETS), ("tiny", {
+    "noc.columns": 1, "noc.rows": 1}), ("tiny", {"memsys.store_patches": 0})])
+def test_a_cluster_has_the_store_that_its_configuration_names(preset, changes):
+    config = PRESETS[preset].replace(changes)
+    with elaborated() as built:
+        Fragment.get(MemorySystem(config=config), None)
+    (about,) = (part.about for part in parts(config) if part.name == "I-structure")
+    assert (IStructure in built) == ("wait in the patch store" in about) == (config.memsys.store_patches > 0)
 
 
 class Narrow(wiring.Component):
