@@ -475,6 +475,17 @@ def test_the_report_of_a_cast_has_the_figures_of_the_last_job():
         "each": [one | {"efficiency": 0.7, "edrc": 3.5}, two | {"efficiency": 0.5, "edrc": 50.0}]}
 
 
+@pytest.mark.nightly
+@pytest.mark.parametrize("words", [
+    ("room1627", "--origin", "8,4,4", "--normal", "0,0,-1", "--preset", "small", "--casts", "1"),
+    ("city", "--patch", "0", "--casts", "1")], ids=lambda words: words[0])
+def test_stores_defer_and_routers_carry_in_a_default_cast(words):
+    found = json.loads(run(radiosity.cli.main, "cast", *words, *ON, "--json").stdout)["machine"]
+    assert found["differences"] == found["sums"] == 0
+    assert found["deferred"] > 0
+    assert found["shared"]["flits"] > 0
+
+
 @TWO_CLUSTERS
 def test_cast(folder):
     report = json.loads(run(radiosity.cli.main, *CAST, "--json", "-o", "hits.npz", "--compare", "naive").stdout)

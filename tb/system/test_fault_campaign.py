@@ -8,14 +8,14 @@ from tb.lib.seed import SEED
 from tb.system.fault_campaign import FaultCampaign
 from tb.system.job_machine import TWO_CLUSTERS
 
-# In a commit the machine of all its tests.
-STORE = {"memsys.store_patches": 8, "memsys.store_requests": 4}
+# The machine of a commit's tests has a patch store.
+NO_STORE = {"memsys.store_patches": 0}
 
 
 @pytest.mark.parametrize(("clusters", "changes", "count"), [
     pytest.param(2, {}, 6, marks=TWO_CLUSTERS),
-    *(pytest.param(clusters, STORE, count, marks=pytest.mark.nightly) for clusters, count in (
-        (1, 600), (2, 800), (4, 600)))])
+    *(pytest.param(clusters, changes, count, marks=pytest.mark.nightly) for clusters, changes, count in (
+        (1, {}, 600), (2, {}, 800), (4, {}, 600), (2, NO_STORE, 300)))])
 def test_faults_upon_faults(clusters, changes, count):
     with FaultCampaign(clusters, **changes) as campaign:
         for number in range(count):
