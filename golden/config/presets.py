@@ -8,7 +8,7 @@ from golden.config.noc import Noc
 
 __all__ = ["PRESETS"]
 
-# All have the five parts that `Config.parts` names; what a preset leaves out it names with a 0.
+# All have the five parts of `golden.config.parts`; what a preset leaves out it names with a 0.
 #
 # tiny: simulates in seconds. Beside 256 patches of the resident set 32 of a patch store.
 # small: a cluster fits an ECP5-85, whose block RAM bounds the rays; its tables of grid rays suffice for the built-in
@@ -23,7 +23,7 @@ __all__ = ["PRESETS"]
 #   are fully associative with LFU replacement (5.3.7), and there is no patch store: the I-structure is that of the grid
 #   rays. Eight clusters in a torus with separate networks for requests and replies (tables 6.2 and 6.3). Measured with
 #   cells of 0.5 and 0.0625.
-# large: the largest that still simulates, with memory for patches as in paper.
+# large: the largest that still simulates, with memory for 4096 patches in each cluster and for 1024 of others.
 PRESETS = {
     "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
                    memsys=Memsys(scene_cells=1 << 12, own_patches=256, store_patches=32, store_requests=4),
