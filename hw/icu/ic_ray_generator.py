@@ -9,6 +9,7 @@ from golden.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.ray_issue import RayIssue
 from hw.icu.window_walk import WindowWalk
+from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.queue import Queue
 
 __all__ = ["IcRayGenerator"]
@@ -77,6 +78,13 @@ class IcRayGenerator(wiring.Component):
         wiring.connect(m, masks.o, issue.i)
         wiring.connect(m, issue.o, wiring.flipped(self.o))
 
+        window, section = self.i.payload.window, self.section
+        has_rays = self.i.valid & window.row_count.any() & window.column_count.any()
+        claim(m, ~has_rays | ((window.column_first + window.column_count <= section.end_column - section.first_column)
+                              & (window.wrapped_count <= window.column_first)
+                              & (window.row_first + window.row_count <= section.end_row - section.first_row)),
+              "a window lies within the section")
+
         # Entries of the queue that are used or reserved.
         taken, drops = Signal(range(MASKS + 1)), Signal()
         steps = walk.o.valid & ~taken[-1]
@@ -85,6 +93,9 @@ class IcRayGenerator(wiring.Component):
                      self.o_walk.valid.eq(steps), self.o_walk.payload.tile.eq(walk.o.payload.tile),
                      self.o_walk.payload.tag.eq(walk.o.payload)]
         # Whether a mask leaves is known late.
+        count_entries(taken)
+        claim_steps(m, taken, up=steps, down=drops + (masks.o.valid & masks.o.ready), most=MASKS)
+        claim(m, ~masks.i.valid | masks.i.ready, "a mask has an entry")
         remain = (taken + steps - drops)[:len(taken)]
         m.d.sync += taken.eq(Mux(masks.o.valid & masks.o.ready, remain - 1, remain))
 

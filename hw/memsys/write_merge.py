@@ -6,6 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.config import Config
+from hw.lib.checks import claim
 from hw.lib.queue import Queue
 from hw.lib.round_robin import RoundRobin
 from hw.lib.skid_buffer import SkidBuffer
@@ -83,6 +84,7 @@ class WriteMerge(wiring.Component):
         # Answers.
         m.submodules.answers = answers = SkidBuffer(self.i_written.payload.shape())
         wiring.connect(m, wiring.flipped(self.i_written), answers.i)
+        claim(m, ~self.i_written.valid | (self.i_written.payload.tag < self._count), "an answer is a source's")
         for number, answer in enumerate(self.o_written):
             m.d.comb += answer.payload.error.eq(answers.o.payload.error)
             with m.If(answers.o.payload.tag == number):

@@ -33,7 +33,8 @@ def within_the_section(m, bench, dut, given=None):
     _add_settle_map(m, dut)
     window, section, issued = dut.i.payload.window, dut.section, dut.o.payload
     width, height = section.end_column - section.first_column, section.end_row - section.first_row
-    with m.If(dut.i.valid):
+    # A claim of the ray generator, which machines with checks have too.
+    with m.If(dut.i.valid & window.row_count.any() & window.column_count.any()):
         m.d.comb += [Assume(window.column_first + window.column_count <= width),
                      Assume(window.wrapped_count <= window.column_first),
                      Assume(window.row_first + window.row_count <= height)]

@@ -22,10 +22,16 @@ CONFIG = PRESETS["tiny"].replace({"memory.length_bits": 1, "memory.address_bits"
 BOUND = 16
 
 
-def whose_data(m, bench, dut):
-    """Beats are accepted from the source of the oldest request that misses some; all leave in this order."""
+def add_inputs(m, dut):
+    """The rules of streams, and an answer's tag: the component claims it in machines with checks."""
     for one in (*dut.i_request, *dut.i_data, dut.i_written):
         add_rules(m, one, Assume)
+    m.d.comb += Assume(dut.i_written.payload.tag < COUNT)
+
+
+def whose_data(m, bench, dut):
+    """Beats are accepted from the source of the oldest request that misses some; all leave in this order."""
+    add_inputs(m, dut)
     # Requests that are accepted and not all of whose beats are.
     m.submodules.requested = requested = Queue(StructLayout({"source": range(COUNT), "length": 1}), depth=DEPTH + 2)
     granted, taken = Signal(COUNT), Signal(COUNT)
@@ -59,9 +65,7 @@ def whose_data(m, bench, dut):
 
 def whose_answer(m, bench, dut):
     """Each answer goes to the source that its tag names, in order."""
-    for one in (*dut.i_request, *dut.i_data, dut.i_written):
-        add_rules(m, one, Assume)
-    m.d.comb += Assume(dut.i_written.payload.tag < COUNT)
+    add_inputs(m, dut)
     out, item = Signal(COUNT), Signal.like(dut.i_written.payload)
     for k, answer in enumerate(dut.o_written):
         m.d.comb += out[k].eq(transfers(answer))
@@ -75,8 +79,7 @@ def whose_answer(m, bench, dut):
 
 def fair(m, bench, dut):
     """A request waits for at most ``COUNT`` - 1 grants of others, and not for ever."""
-    for one in (*dut.i_request, *dut.i_data, dut.i_written):
-        add_rules(m, one, Assume)
+    add_inputs(m, dut)
     granted, after_reset = Signal(COUNT), Signal(init=1)
     m.d.sync += after_reset.eq(0)
     m.d.comb += [Assume(dut.o_request.ready), Assume(dut.o_data.ready)]
