@@ -24,10 +24,13 @@ if TYPE_CHECKING:
     from golden.scene.material import Material as Material
     from golden.scene.scene import Scene as Scene
     from radiosity.api.cast import cast as cast
+    from radiosity.api.export_verilog import export_verilog as export_verilog
     from radiosity.api.lights import luminaire as luminaire
     from radiosity.api.lights import sky as sky
     from radiosity.api.load import load as load
+    from radiosity.api.machine import machine as machine
     from radiosity.api.render import render as render
+    from radiosity.machine_cast import MachineCastResult as MachineCastResult
 
     __version__: str
 
@@ -39,6 +42,7 @@ _MODULES = {
     "Hits": "golden.cast.rays",
     "InputError": "golden.errors",
     "InputWarning": "golden.errors",
+    "MachineCastResult": "radiosity.machine_cast",
     "Material": "golden.scene.material",
     "PointLight": "golden.scene.lights",
     "Rays": "golden.cast.rays",
@@ -48,8 +52,10 @@ _MODULES = {
     "Sensors": "golden.light.photometry.sensors",
     "ViewFactors": "golden.light.factors.view_factors",
     "cast": "radiosity.api.cast",
+    "export_verilog": "radiosity.api.export_verilog",
     "load": "radiosity.api.load",
     "luminaire": "radiosity.api.lights",
+    "machine": "radiosity.api.machine",
     "render": "radiosity.api.render",
     "sky": "radiosity.api.lights",
     "view_factors": "golden.light.factors.interface",

@@ -54,7 +54,7 @@ class CastOptions:
     changes: dict = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class MachineCastResult:
     """The machine's hits and what they took.
 
@@ -66,12 +66,32 @@ class MachineCastResult:
         Counts ready for JSON, and as lines.
     agrees
         Whether hits and sums equal the golden model's.
+    columns, rows
+        The frustum's grid of rays; ray c + r * columns is in column c of row r.
+    cycles
+        Int64 of each cast: from the first section's beginning to the last one's end.
+    counters
+        By name int64, casts x clusters: the events that each cluster has counted, and its own ``cycles``.
     """
 
     hits: FixedHits
     report: dict
     text: str
     agrees: bool
+    columns: int
+    rows: int
+    cycles: np.ndarray
+    counters: dict[str, np.ndarray]
+
+    def __repr__(self) -> str:
+        clusters = counted(self.report["clusters"], "cluster")
+        return (f"<MachineCastResult: {self.columns} x {self.rows} rays, {clusters}, "
+                f"{self.cycles[-1]} cycles, {'' if self.agrees else 'not '}the golden model's hits>")
+
+    @property
+    def patch(self) -> np.ndarray:
+        """Rows x columns int64: the patch that each ray hits, or -1."""
+        return self.hits.patch.reshape(self.rows, self.columns)
 
 
 class MachineCast:
@@ -127,7 +147,12 @@ class MachineCast:
                            title=f"{title}, {counted(self._config.noc.nodes, 'cluster')}")
         report = self._report(done)
         return MachineCastResult(hits=done[-1].frusta[0][0].hits, report=report, text=_text(report),
-                                 agrees=not report["differences"] and not report["sums"])
+                                 agrees=not report["differences"] and not report["sums"],
+                                 columns=self._record.columns, rows=len(self._record) // self._record.columns,
+                                 cycles=np.array([one.cycles.cast for one in done], dtype=np.int64),
+                                 counters={name: np.array([[cluster[name] for cluster in one.counters]
+                                                           for one in done], dtype=np.int64)
+                                           for name in done[0].counters[0]})
 
     def _report(self, done: list[JobResult]) -> dict:
         ((last,),), network = done[-1].frusta, self._config.noc

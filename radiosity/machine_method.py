@@ -10,10 +10,10 @@ from golden.commands.console import console
 from golden.commands.parameters import ASSIGNMENTS, FILE
 from golden.errors import InputError
 from hw.commands.choices import POLICIES
+from radiosity.simulated_machines import MOST_CLUSTERS, check_clusters, opened_machine
 
 __all__ = ["MachineMethod"]
 
-_MOST_CLUSTERS = 64
 _MEMORY = (
     click.option("--topology", type=click.Choice(TOPOLOGIES), help="Set the machine's network.  [default: the "
                  "preset's]"),
@@ -25,7 +25,7 @@ _MEMORY = (
                  "cycles to each read of main memory, and return replies in any order."),
     click.option("--memory-seed", type=click.IntRange(0, (1 << 32) - 1), default=1, help="Set the seed of --spread."))
 _CLUSTERS = click.option("--clusters", type=int, help="Set the number of the machine's clusters, a power of two up to "
-                         f"{_MOST_CLUSTERS}.  [default: the preset's]")
+                         f"{MOST_CLUSTERS}.  [default: the preset's]")
 _PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
 _WORK = (
     click.option("--ratio", type=int, default=64, help="Schedule by a sparse casting: one ray of so many."),
@@ -62,9 +62,7 @@ class MachineMethod(CastingMethod):
         check_outputs(timeline, suffixes=(".svg",))
         check_outputs(waves, suffixes=(".vcd",))
         check_outputs(table, suffixes=(".csv",))
-        if clusters is not None and (not 1 <= clusters <= _MOST_CLUSTERS or clusters & (clusters - 1)):
-            raise InputError(f"machine: Clusters must be a power of two up to {_MOST_CLUSTERS}, not {clusters}",
-                             parameter="clusters")
+        check_clusters(clusters)
         most = 1 << self._config(self._given(**options), clusters=clusters, **options).icu.side_bits
         if max(frustum) > most:
             raise InputError(f"machine: A frustum must have at most {most} columns and rows of rays (icu.side_bits), "
@@ -113,17 +111,6 @@ class MachineMethod(CastingMethod):
                                  given=tuple(one.partition("=")[0] for one in assignments))
 
     @staticmethod
-    @contextmanager
     def _machine(config, *, policy, latency, spread, memory_seed, traced=False, **_):
-        """The machine; what goes wrong in it is an error of one line."""
-        from hw.host import EngineError, EngineTimeoutError
-        from hw.memsys.cache_policy import CachePolicy
-        from hw.simulator.simulated_machine import SimulatedMachine
-
-        try:
-            with SimulatedMachine(config, policy=CachePolicy[policy.upper()] if policy else None, latency=latency,
-                                  spread=spread, shuffles=spread > 0, seed=memory_seed, traced=traced,
-                                  progress=console().progress) as machine:
-                yield machine
-        except (EngineError, EngineTimeoutError, RuntimeError) as error:
-            raise InputError(f"machine: {error}") from error
+        return opened_machine(config, policy=policy, latency=latency, spread=spread, memory_seed=memory_seed,
+                              traced=traced, progress=console().progress)

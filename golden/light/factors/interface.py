@@ -1,7 +1,10 @@
 """View factors of a program's own geometry."""
 
+from collections.abc import Callable
+
 from golden.cast.methods import RAY_METHODS, ray_caster
 from golden.errors import InputError
+from golden.light.factors.added_rays import add_rays
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.units import METRES, in_metres
@@ -14,7 +17,8 @@ __all__ = ["view_factors"]
 
 def view_factors(geometry, *, names=None, two_sided: bool = False, error: float = 1e-3,
                  sky_error: float | None = None, sky_patches: str | None = None, seed: int = 0, method: str = "grid",
-                 unit: str = "m", jobs: int | None = None, progress: bool = False) -> ViewFactors:
+                 unit: str = "m", jobs: int | None = None, progress: bool = False, more: ViewFactors | None = None,
+                 cancel: Callable[[], bool] | None = None) -> ViewFactors:
     """View factors between facets, with occlusion.
 
     >>> from golden import view_factors
@@ -50,6 +54,11 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
         process may use.
     progress
         Shows a progress bar after two seconds.
+    more
+        A result of the same geometry and options to which rays are added, in runs that halve its errors at most, until
+        they are the requested ones.
+    cancel
+        Is called before each of these runs; says whether to return the result so far.
 
     Returns
     -------
@@ -68,10 +77,18 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     """
     scene = geometry_scene(geometry, names=names, two_sided=two_sided)
     if method not in RAY_METHODS:
-        raise InputError(f"view factors: Method must be {' or '.join(RAY_METHODS)}, not {method!r}")
+        raise InputError(f"view factors: Method must be {' or '.join(RAY_METHODS)}, not {method!r}",
+                         parameter="method")
     if unit not in METRES:
         raise InputError(f"view factors: Unit must be {' or '.join(METRES)}, not {unit!r}", parameter="unit")
     warn_of_overlaps(scene)
-    rows = FactorRows(scene, ray_caster(scene, method, jobs=jobs), error=error, sky_error=sky_error,
-                      sky_patches=sky_patches, seed=seed)
-    return in_metres(compute_view_factors(rows, progress=progress), unit)
+    caster = ray_caster(scene, method, jobs=jobs)
+
+    def run(error, seed, sky_error=sky_error):
+        rows = FactorRows(scene, caster, error=error, sky_error=sky_error, sky_patches=sky_patches, seed=seed)
+        return in_metres(compute_view_factors(rows, progress=progress), unit)
+
+    if more is None:
+        return run(error, seed)
+    FactorRows(scene, caster, error=error, sky_error=sky_error, sky_patches=sky_patches, seed=seed)  # checks them
+    return add_rays(more, run, error=error, sky_error=sky_error, seed=seed, cancel=cancel)

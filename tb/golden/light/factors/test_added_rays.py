@@ -1,0 +1,76 @@
+"""Rays added to a result: what stays exact, what shrinks, what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from golden import view_factors
+from golden.errors import InputError
+from golden.light.factors.added_rays import combined, runs_of
+from golden.light.factors.view_factors import ViewFactors
+from golden.scene.builtin import builtin_scene
+
+SCENE = builtin_scene("cornell")
+
+
+@pytest.fixture(scope="module")
+def first():
+    return view_factors(SCENE, error=0.05, jobs=1)
+
+
+@pytest.fixture(scope="module")
+def more(first):
+    return view_factors(SCENE, error=0.02, jobs=1, more=first)
+
+
+def test_added_rays_reach_the_error_and_keep_closure_and_reciprocity(first, more):
+    assert first.largest_error > 0.02 >= more.largest_error
+    assert more.closure < 1e-9
+    assert more.reciprocity < 1e-9
+    assert not len(more.missed)
+    # 1 / 0.05^2 is less than a quarter of 1 / 0.02^2: the first added run halves the error, the others give the rest.
+    runs = runs_of(more)
+    assert runs[:2] == [(0.05, 0), (pytest.approx(0.05 / 3**0.5), 1)]
+    assert len({seed for _, seed in runs}) == len(runs)
+    assert sum(error**-2 for error, _ in runs) >= 0.02**-2 * (1 - 1e-12)
+
+
+def test_the_mean_of_two_results_is_weighted_by_the_squares_of_their_errors(first):
+    """With errors of 1 to 2 by 4 to 1; of a factor that one has no entry for, its bound counts."""
+    second = view_factors(SCENE, error=0.025, seed=9, jobs=1)
+    both = combined(first, second, error=0.01)
+    np.testing.assert_allclose(both.F.toarray(), 0.2 * first.F.toarray() + 0.8 * second.F.toarray(), atol=1e-15)
+    np.testing.assert_allclose(both.sky_error, np.hypot(0.2 * first.sky_error, 0.8 * second.sky_error))
+    row, column = both.F.nonzero()
+
+    def errors(one):
+        is_entry = np.asarray(one.error.toarray()[row, column])
+        has = np.zeros(one.F.shape, dtype=bool)
+        has[np.repeat(np.arange(len(one)), np.diff(one.F.indptr)), one.F.indices] = True
+        return np.where(has[row, column], is_entry, one.largest_absent / 2)
+
+    np.testing.assert_allclose(both.error.toarray()[row, column],
+                               np.hypot(0.2 * errors(first), 0.8 * errors(second)))
+
+
+def test_a_stored_result_takes_more_rays(first, more, tmp_path):
+    first.to_netcdf(tmp_path / "F.nc")
+    again = view_factors(SCENE, error=0.02, jobs=1, more=ViewFactors.open(tmp_path / "F.nc"))
+    np.testing.assert_array_equal(again.F.toarray(), more.F.toarray())
+    assert runs_of(again) == runs_of(more)
+
+
+def test_a_result_that_is_good_enough_or_cancelled_stays(first):
+    assert view_factors(SCENE, error=0.1, jobs=1, more=first) is first
+    assert view_factors(SCENE, error=1e-6, jobs=1, more=first, cancel=lambda: True) is first
+
+
+@pytest.mark.parametrize(("changed", "message"), [
+    (lambda first: replace(first, error=None), "More must be view factors with errors"),
+    (lambda first: replace(first, area=2 * first.area), "More must be view factors of the same patches"),
+    (lambda first: replace(first, settings=first.settings | {"unit": "mm"}), "of the same unit, not of 'mm'")])
+def test_what_is_of_something_else_is_refused(first, changed, message):
+    with pytest.raises(InputError, match=message) as caught:
+        view_factors(SCENE, error=0.04, jobs=1, more=changed(first))
+    assert caught.value.parameter == "more"
