@@ -37,7 +37,7 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     two_sided
         Whether the backs of facets radiate like their fronts, in N more rows. They block rays in any case.
     error
-        Requested error of every factor, twice its standard error: 1e-6 to 0.1. A pair gets 2^20 segments at most, so
+        Requested error of every factor, twice its standard error: 1e-6 to 0.1. A pair gets 2^22 segments at most, so
         ``largest_error`` of the result may be above it.
     sky_error
         The same of any sky view factor. Default: ``error`` as far as 4096 rays per side reach it.

@@ -61,7 +61,7 @@ class FactorRows:
     caster
         A caster with ``nearest_patches`` and ``occluded``, such as `golden.cast.grid.Grid`.
     error
-        Requested error of every factor: twice its standard error, 1e-6 to 0.1. It is reached as far as 2^20 segments
+        Requested error of every factor: twice its standard error, 1e-6 to 0.1. It is reached as far as 2^22 segments
         of a pair do.
     sky_error
         The same of every sky view factor. Default: that of the factors, as far as 4096 rays of a row reach it.

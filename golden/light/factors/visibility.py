@@ -24,7 +24,7 @@ _GAP, _TRIALS, _EVEN = 0.3, 64, 0.4
 _BLOCK = 1 << 18
 
 # First segments of a pair, and the most.
-_FIRST, _MOST = 16, 1 << 20
+_FIRST, _MOST = 16, 1 << 22
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,7 +52,7 @@ def visible_shares(sides: Sides, caster, first: np.ndarray, second: np.ndarray, 
     """Visible shares such that each factor's standard error is at most ``limit``.
 
     A pair first gets as many segments as it needs if all of them agree. If they do, and many more are needed,
-    geometry decides if it can; all others get more segments until the estimate is good enough, or there are 2^20.
+    geometry decides if it can; all others get more segments until the estimate is good enough, or there are 2^22.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def visible_shares(sides: Sides, caster, first: np.ndarray, second: np.ndarray, 
     factor
         P float64: view factors from the first to the second, without occlusion, above 0.
     limit
-        Largest standard error of factor times share, as far as 2^20 segments reach it.
+        Largest standard error of factor times share, as far as 2^22 segments reach it.
     seed
         Of the segments; those of a pair do not depend on other pairs.
     """
