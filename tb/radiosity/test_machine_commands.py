@@ -621,3 +621,22 @@ def test_an_image_is_goldens_with_all_of_its_options(folder):
     assert stats["machine"]["rays"] >= stats["rays"]["primary"]["rays"] == 24 * 20
     assert stats["machine"]["jobs"] == 3
     assert "of all rays by method machine" in result.stdout
+
+
+def test_a_cast_in_python_is_that_of_the_command(folder):
+    """With the counters that --csv writes, as arrays of casts and clusters."""
+    result = run(radiosity.cli.main, *CAST, "--casts", "2", "-o", "hits.npz", "--csv", "counters.csv")
+    assert result.exit_code == 0, result.output
+    parameters = {name: value for name, value in SMALL.items() if name != "noc.rows"} | {"ctu.run_ahead": 2}
+    cast = radiosity.machine(radiosity.load("cornell"), patch=4, rays=(32, 8), preset="tiny", clusters=2, cell=0.5,
+                             casts=2, parameters=parameters)
+    assert cast.agrees
+    assert repr(cast).startswith("<MachineCastResult: 32 x 8 rays, 2 clusters, ")
+    with np.load("hits.npz") as stored:
+        np.testing.assert_array_equal(cast.patch.ravel(), stored["patch"])
+    with open("counters.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert set(rows[0]) == {"cast", "cluster", "cast_cycles", *cast.counters}
+    for name in "intersection_patches", "intersection_visited":
+        assert [[int(row[name]) for row in rows if row["cast"] == str(number)] for number in range(2)] == \
+            cast.counters[name].tolist()
