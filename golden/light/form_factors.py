@@ -17,7 +17,7 @@ from golden.progress_bar import progress_bar
 from golden.scene.scene import Scene
 from golden.spread import Spread, in_turn, spans
 
-__all__ = ["HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns"]
+__all__ = ["HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns", "ray_ends"]
 
 # Rays per block, which bounds memory.
 _BLOCK = 1 << 18
@@ -152,7 +152,7 @@ class _Hemispheres:
             low, high = sample[0], sample[-1] + 1
             rays = _hemisphere_rays(hemisphere, self._points, self._frames, self._surfaces, sample, ray)
             hits = self._cast(sample, ray, rays)
-            ends = _ends(sample, hemisphere.weights[ray], rays, hits, self._clear, see_sky, see)
+            ends = ray_ends(sample, hemisphere.weights[ray], rays, hits, self._clear, see_sky, see)
             for owner, weight, direction, met in ends:
                 # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
                 row_sums[low - begin:high - begin] += np.bincount(
@@ -292,7 +292,7 @@ def _sum_by_column(owner, weight, column, sums, total, row, met):
     return end
 
 
-def _ends(sample, weight, rays, hits, clear, see_sky, see):
+def ray_ends(sample, weight, rays, hits, clear, see_sky, see):
     """Yields samples in ascending order, weights that end there, directions and hits of rays; then of those that went
     on, and so on. The last ones include those that hit nothing.
 

@@ -9,6 +9,7 @@ from scipy import sparse
 
 from golden.compiled import compiled
 from golden.frustum import Hemisphere
+from golden.light.contacts import Contacts
 from golden.light.direct import DirectLight
 from golden.light.elements import Elements
 from golden.light.glass import Glass
@@ -30,7 +31,7 @@ POINTS = 4
 LEAST_LEFT = 0.01
 # Adaptive refinement: elements whose corners differ by more than this share of the scene's mean are cut CUTS times
 # along each side; at most one element in EVERY.
-CONTRAST, CUTS, EVERY = 0.05, 4, 20
+CONTRAST, CUTS, EVERY = 0.05, 4, 40
 # Nodes whose hemispheres are timed for an estimate.
 TIMED = 8
 
@@ -49,6 +50,10 @@ class IndirectLight:
         The same for a lattice with a sheet for each element that adaptive refinement cut.
     sheet
         For each cell of the elements' lattice its sheet in ``refined``, or -1.
+    contacts
+        Where light is not to be interpolated.
+    reflectance
+        C x 3: the shares of arriving light that elements reflect.
     received, radiosity
         C x 3 each: irradiance over pi of the elements, direct light included, and what they emit and reflect, in units
         of radiance; what mirrors and glass reflect counts as diffuse.
@@ -65,6 +70,8 @@ class IndirectLight:
     refined: Lattice
     refined_irradiance: np.ndarray
     sheet: np.ndarray
+    contacts: Contacts
+    reflectance: np.ndarray
     received: np.ndarray
     radiosity: np.ndarray
     rows: NodeRows
@@ -85,6 +92,10 @@ class IndirectLight:
         fine = self.refined.at(sheet[some], position.a[some], position.b[some])
         result[some] = _interpolated(fine, self.refined_irradiance)
         return result
+
+    def touched(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
+        """K bool: whether light at K points of patches is not to be interpolated."""
+        return self.contacts.at(self.elements.at(patch, u, v, front))
 
     def at_points(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray,
                   hemisphere: Hemisphere) -> np.ndarray:
@@ -160,14 +171,16 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         irradiance = nodes.gathered(solution.display)
         received = direct + mean @ irradiance
     with tally.stage("adaptive refinement"):
-        chosen = _contrasting(elements, irradiance, nodes.buried)
+        contacts = Contacts(scene, elements.lattice, caster, nodes.buried)
+        chosen = _contrasting(elements, irradiance, nodes.buried, contacts.cells[elements.position.cell])
         refined = elements.refined(chosen, CUTS)
         fine_nodes = rows.cast(*refined.nodes, hemisphere, spread)
         fine = _fill(refined.neighbours, fine_nodes.gathered(solution.display), fine_nodes.buried)
         sheet = np.full(elements.lattice.cells, -1)
         sheet[elements.position.cell[chosen]] = np.arange(len(chosen))
     return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, nodes.buried),
-                         refined=refined, refined_irradiance=fine, sheet=sheet, received=received,
+                         refined=refined, refined_irradiance=fine, sheet=sheet, contacts=contacts,
+                         reflectance=reflectance, received=received,
                          radiosity=scene.channels("emission")[elements.patch] + np.where(
                              glass.mirrors[elements.patch][:, None], shares * received, solution.display), rows=rows,
                          solution=solution, has_buried=bool(nodes.buried.any()))
@@ -248,13 +261,18 @@ def _mean_of_open(of_corners, buried):
     return sparse.diags_array(1 / np.where(total > 0, total, 1)) @ mean
 
 
-def _contrasting(elements, irradiance, buried):
-    """The elements whose corners differ most, as numbers: only quadrilaterals with a corner outside bodies."""
+def _contrasting(elements, irradiance, buried, contacts):
+    """The elements whose corners differ most, as numbers: only quadrilaterals with a corner outside bodies.
+
+    ``contacts``: for each element whether a contact is in its cell.
+    """
     corners = irradiance.mean(axis=1)[elements.position.nodes]
     inside = buried[elements.position.nodes]
     # A corner inside a body carries no information on the light outside: it counts as dark.
     corners = np.where(inside, 0, corners)
-    contrast = np.where(elements.triangle | inside.all(axis=1), 0, corners.max(axis=1) - corners.min(axis=1))
+    # Beside a body that buries a corner light is gathered, not interpolated.
+    never = elements.triangle | inside.all(axis=1) | (inside.any(axis=1) & contacts)
+    contrast = np.where(never, 0, corners.max(axis=1) - corners.min(axis=1))
     order = np.argsort(-contrast, kind="stable")[:len(elements) // EVERY]
     return order[contrast[order] > CONTRAST * irradiance[~buried].mean()] if not buried.all() else order[:0]
 

@@ -50,6 +50,9 @@ class LatticePosition:
     nodes: np.ndarray
     weights: np.ndarray
 
+    def __getitem__(self, rows) -> "LatticePosition":
+        return LatticePosition(self.cell[rows], self.a[rows], self.b[rows], self.nodes[rows], self.weights[rows])
+
 
 class Lattice:
     """Sheets, each a rectangle of a patch's (u, v) on one of its sides, cut into cells with nodes at their corners.
@@ -81,7 +84,7 @@ class Lattice:
 
     def __init__(self, scene: Scene, *, patch, side, cuts, lower, upper, knots: Cuts | None = None):
         self._cuts, self._triangle = cuts, scene.is_triangle[patch]
-        self._patch, self._knots = patch, knots
+        self._patch, self._side, self._knots = patch, side, knots
         self._first_cell = np.cumsum(cuts.prod(axis=1)) - cuts.prod(axis=1)
         sheet, x, y = _points(self._triangle, cuts)
         x, y = (self._places(sheet, axis, places) for axis, places in ((0, x), (1, y)))
@@ -129,20 +132,45 @@ class Lattice:
                    nodes, weights)
         return LatticePosition(cell, a, b, nodes, weights)
 
+    def inner_points(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, LatticePosition]:
+        """``count`` x ``count`` points inside every used cell, evenly spaced; the sheets must be whole patches.
+
+        Returns
+        -------
+        Patch, side, u, v and position of each point.
+        """
+        sheet, i, j = self._used
+        row, column = (grid.ravel() for grid in np.meshgrid(*[(np.arange(count) + 0.5) / count] * 2, indexing="ij"))
+        i, j = (i[:, None] + column).ravel(), (j[:, None] + row).ravel()
+        sheet = np.repeat(sheet, count**2)
+        inside = ~self._triangle[sheet] | (i + j < self._cuts[sheet, 0])
+        sheet, i, j = (values[inside] for values in (sheet, i, j))
+        u, v = self._coordinates(sheet, i, j)
+        return self._patch[sheet], self._side[sheet], u, v, self.at(sheet, u, v)
+
     @cached_property
     def neighbours(self) -> sparse.csr_array:
         """M x M: number of cells of which two nodes are corners."""
-        sheet = np.repeat(np.arange(len(self._cuts)), self._cuts.prod(axis=1))
-        j, i = np.divmod(np.arange(len(sheet)) - self._first_cell[sheet], self._cuts[sheet, 0])
-        used = ~self._triangle[sheet] | (i + j < self._cuts[sheet, 0])
-        sheet, i, j = sheet[used], i[used], j[used]
+        sheet, i, j = self._used
         share = np.where(self._triangle[sheet], 1 / 3, 0.5)
-        x, y = (self._places(sheet, axis, (cell + share) / self._cuts[sheet, axis]) for axis, cell in enumerate((i, j)))
-        position = self.at(sheet, np.where(self._triangle[sheet], x / (1 - y), x), y)
+        position = self.at(sheet, *self._coordinates(sheet, i + share, j + share))
         rows = np.repeat(np.arange(len(sheet)), 4)
         corners = sparse.csr_array(((position.weights > 0).ravel().astype(np.float64), (rows, position.nodes.ravel())),
                                    shape=(len(sheet), len(self)))
         return (corners.T @ corners).tocsr()
+
+    @property
+    def _used(self):
+        """Sheet, column and row of each cell that is not beyond the third edge of a triangle."""
+        sheet = np.repeat(np.arange(len(self._cuts)), self._cuts.prod(axis=1))
+        j, i = np.divmod(np.arange(len(sheet)) - self._first_cell[sheet], self._cuts[sheet, 0])
+        used = ~self._triangle[sheet] | (i + j < self._cuts[sheet, 0])
+        return sheet[used], i[used], j[used]
+
+    def _coordinates(self, sheet, i, j):
+        """Bilinear coordinates, u and v, of points that are given in cells."""
+        x, y = (self._places(sheet, axis, cell / self._cuts[sheet, axis]) for axis, cell in enumerate((i, j)))
+        return np.where(self._triangle[sheet], x / (1 - y), x), y
 
     def _cells(self, sheet, axis, places):
         """Places from 0 to 1 along an axis of sheets, in cells."""

@@ -66,7 +66,7 @@ class NodeRows:
         self._scene, self._elements, self._progress = scene, elements, progress
         self._frusta = tally.counting("hemisphere", frusta)
         self.groups = glass.colours
-        self._clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0])
+        self.clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0])
                        for channels in self.groups] if glass.goes_on.any() else [None]
 
     def cast(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray, hemisphere: Hemisphere,
@@ -77,7 +77,7 @@ class NodeRows:
         """
         factors, skies, buried = [], [], []
         sky = self._scene.background.radiance if isinstance(self._scene.background, Sky) else None
-        for clear in self._clear:
+        for clear in self.clear:
             sums = hemisphere_sums(self._frusta, hemisphere, position, normal, source, columns=len(self._elements),
                                    column_of=self._elements.seen, clear=clear, sky=sky, spread=spread,
                                    progress=self._progress)

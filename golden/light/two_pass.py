@@ -17,6 +17,7 @@ from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen
 from golden.image import write_exr, write_png
 from golden.light.direct import DirectLight
+from golden.light.final_gather import FinalGather
 from golden.light.glass import Glass, fresnel
 from golden.light.indirect import IndirectLight, indirect_light
 from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights, warn_of_tiny_patches
@@ -49,6 +50,8 @@ SENSOR_GRIDS, SENSOR_RAYS = ((1024, 256), (512, 128), (256, 64)), 12_000_000
 # Shadow rays of an element, whose light others reflect, and of a sensor, which has no neighbours to average its noise
 # with, for one of a point in the image. A sensor casts at most as many as its hemisphere has rays.
 ELEMENT_SAMPLES, SENSOR_SAMPLES = 8, 1024
+# Rays of a pixel that gather light beside bodies, at least so many of a point.
+GATHER, LEAST_GATHER = 128, 16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -354,6 +357,7 @@ class _Shader:
         self._with_received = with_received
         self._casters = {kind: tally.counting(kind, caster) for kind in ("reflection", "refraction")}
         self._light = DirectLight(scene, caster, tally, settings.light_samples)
+        self._reflected = FinalGather(scene, indirect, caster, tally, max(LEAST_GATHER, GATHER // self._fields))
         self._seen = SeenPoints(scene)
         self._materials = {name: scene.channels(name) for name in ("diffuse", "specular", "transparent", "emission")}
         self._is_diffuse = self._materials["diffuse"].any(axis=1)
@@ -387,7 +391,8 @@ class _Shader:
         diffuse = np.flatnonzero(active & (self._is_diffuse[patch] | measured))
         arriving = self._light.irradiance(points[diffuse], mix(keys[met[diffuse]], 4), field[met[diffuse]],
                                             self._fields)
-        arriving += self._indirect.at(patch[diffuse], u[diffuse], v[diffuse], front[diffuse])
+        arriving += self._reflected.light(points[diffuse], u[diffuse], v[diffuse], front[diffuse],
+                                          mix(keys[met[diffuse]], 7), field[met[diffuse]], self._fields)
         light[met[diffuse]] += self._diffuse(patch[diffuse], points.position[diffuse]) * arriving
         _add(result, owner, light, weight, hits.tests, hits.steps)
         if measured:

@@ -269,7 +269,8 @@ def test_each_point_is_shaded_with_its_own_random_numbers(monkeypatch):
     seeds = []
 
     def irradiance(light, points, keys, rank=None, ranks=1):
-        if rank is not None:
+        # Ranks beyond those of a pixel's fields are of rays that gather light.
+        if rank is not None and ranks <= 4:
             seeds.append(np.stack([keys, rank.astype(np.uint64)], axis=1))
             assert set(rank.tolist()) in (set(), set(range(4)))
             assert ranks == 4
@@ -371,7 +372,8 @@ def test_stats_have_what_was_promised_and_add_up(room, image_of_room):
     assert json.loads(json.dumps(stats)) == stats
     assert set(stats) == {"scene", "settings", "patches", "elements", "nodes", "solver", "rays", "total",
                           "tests_per_ray", "steps_per_ray", "seconds", "not_computed"}
-    assert set(stats["rays"]) == {"hemisphere", "transmission", "shadow", "primary", "reflection", "refraction"}
+    assert set(stats["rays"]) == {"hemisphere", "transmission", "shadow", "primary", "reflection", "refraction",
+                                  "gather"}
     assert set(stats["seconds"]) == {"cells", "elements", "form factors", "direct light of elements", "solver",
                                      "adaptive refinement", "image"}
     for count in ("rays", "hits", "tests", "steps"):

@@ -1,0 +1,121 @@
+"""Indirect light at points that are seen: interpolated, and gathered by rays beside bodies."""
+
+import numpy as np
+
+from golden.cast.rays import Rays
+from golden.compiled import compiled
+from golden.frustum import frame
+from golden.light.direct import DirectLight
+from golden.light.form_factors import ray_ends
+from golden.light.indirect import IndirectLight
+from golden.light.node_rows import joined
+from golden.light.sampling import lattice, mix
+from golden.light.surface_points import SurfacePoints, bilinear
+from golden.light.tally import Tally
+from golden.scene.scene import Scene
+
+__all__ = ["FinalGather"]
+
+# Rays per block, which bounds memory.
+BLOCK = 1 << 17
+# Integer weights of the rays of a point sum to 2^32 or just below it.
+WEIGHT_BITS = 32
+
+
+class FinalGather:
+    """The indirect light at points: interpolated from nodes, or beside `Contacts` gathered by rays.
+
+    The rays' directions are spread by the cosine. A ray that ends within an element's length takes the light
+    at its very end: the element is too coarse there. Others take the radiosity of the element that they hit.
+
+    Parameters
+    ----------
+    scene, indirect
+        The patches, and the light of their elements.
+    caster
+        Casts the rays.
+    tally
+        Counts the rays, as kind ``"gather"``, and their shadow rays.
+    samples
+        Rays per point.
+    """
+
+    def __init__(self, scene: Scene, indirect: IndirectLight, caster, tally: Tally, samples: int):
+        self._scene, self._indirect, self._samples = scene, indirect, samples
+        self._caster = tally.counting("gather", caster)
+        self._light = DirectLight(scene, caster, tally, 1)
+        self._reach = np.sqrt(indirect.elements.area)
+
+    def light(self, points: SurfacePoints, u: np.ndarray, v: np.ndarray, front: np.ndarray, keys: np.ndarray,
+              rank: np.ndarray, ranks: int) -> np.ndarray:
+        """Irradiance over pi at M points, M x 3, without light that comes straight from light sources.
+
+        Parameters
+        ----------
+        points
+            The points.
+        u, v, front
+            Their bilinear coordinates on their patches, and whether they are on the fronts.
+        keys, rank, ranks
+            As `DirectLight.irradiance` takes them.
+        """
+        result = self._indirect.at(points.patch, u, v, front)
+        touched = np.flatnonzero(self._indirect.touched(points.patch, u, v, front))
+        size = max(1, BLOCK // self._samples)
+        for start in range(0, len(touched), size):
+            rows = touched[start:start + size]
+            result[rows] = self._gathered(points[rows], keys[rows], rank[rows], ranks)
+        return result
+
+    def _gathered(self, points, keys, rank, ranks):
+        count, samples = len(points), self._samples
+        places = lattice(keys, samples, rank, ranks).reshape(-1, 2)
+        direction = np.empty((len(places), 3))
+        _spread(places, frame(points.normal), samples, direction)
+        owner = np.repeat(np.arange(count), samples)
+        rays = Rays(points.position[owner], direction, points.sources(self._scene)[owner])
+        hits = self._caster.nearest(rays)
+        weight = np.full(len(owner), 2**WEIGHT_BITS // samples)
+        rows, found = self._indirect.rows, []
+        for clear in rows.clear:
+            light = np.zeros((count, 3))
+
+            def see(owner, weight, radiance, light=light):
+                light += np.stack([np.bincount(owner, weight * channel, count) for channel in radiance.T], axis=1)
+
+            def see_sky(owner, weight, direction, see=see):
+                see(owner, weight, self._scene.background_along(direction))
+
+            for end, part, along, met in ray_ends(owner, weight, rays, hits, clear, see_sky, see):
+                see(end, part, self._reflected(along, met, keys[end]))
+            found.append(light / (weight[0] * samples))
+        return joined(rows.groups, found)
+
+    def _reflected(self, direction, hits, keys):
+        """Radiance, K x 3, of what rays of unit length hit."""
+        elements, indirect = self._indirect.elements, self._indirect
+        element = elements.seen(direction, hits)
+        light = np.where(element[:, None] >= 0, indirect.solution.display[element], 0.0)
+        near = np.flatnonzero((element >= 0) & (hits.t < self._reach[element]))
+        own, patch, u, v = element[near], hits.patch[near], hits.u[near], hits.v[near]
+        points = SurfacePoints(bilinear(self._scene.vertices[patch], u, v), elements.normal[own], patch)
+        arriving = self._light.irradiance(points, mix(keys[near], 8), self._ranks(keys[near]), self._samples)
+        arriving += indirect.at(patch, u, v, elements.front[own])
+        light[near] = indirect.reflectance[own] * arriving
+        return light
+
+    def _ranks(self, keys):
+        """Ranks of rays among those of equal keys, which follow one another."""
+        starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]])[:len(keys)])
+        return np.arange(len(keys)) - np.repeat(starts, np.diff(np.append(starts, len(keys))))
+
+
+@compiled
+def _spread(places, frames, samples, direction):
+    """Writes directions by the cosine for points of the unit square."""
+    for ray in range(len(places)):
+        axes = frames[ray // samples]
+        radius, angle = np.sqrt(places[ray, 0]), 2 * np.pi * places[ray, 1]
+        x, y, z = radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - places[ray, 0])
+        for axis in range(3):
+            direction[ray, axis] = x * axes[0, axis] + y * axes[1, axis] + z * axes[2, axis]
