@@ -9,18 +9,24 @@ from golden.light.lattice import Lattice, LatticePosition
 from golden.light.surface_points import bilinear
 from golden.scene.scene import Scene
 
-__all__ = ["Contacts"]
+__all__ = ["PARTS", "Contacts"]
 
-# Parts of a cell along each side. Probes start in their middles and reach as far as the next ones.
 PARTS = 4
+"""Parts of a cell along each side. Probes start in their middles and reach as far as the next ones."""
 # They look along the surface, in units of the parts' steps along u and v and with this rise, and aslant.
-LOW, ASLANT = 1 / 32, 1.0
+LOW, ASLANT = 1 / 256, 1.0
+LOW_PROBES = 8
 PROBES = np.array([
     *((x, y, LOW) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y),
     *((x, y, ASLANT) for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)))])
+# Squared distances between the parts of a cell.
+_APART = ((np.stack(np.divmod(np.arange(PARTS**2), PARTS))[:, :, None]
+           - np.stack(np.divmod(np.arange(PARTS**2), PARTS))[:, None]) ** 2).sum(axis=0)
 # A surface that a probe meets within this share of the probe's length of the rim of a patch ends where the patch does:
 # the nodes on the rim are beside it.
 RIM = 1 / 16
+# How far parts look towards nodes: what meets the node itself does not hide it.
+SHORT_OF_NODE = 1 - 1e-3
 # Corners nearer than this share of the scene's size are one.
 SAME = 1e-6
 # Rays per block, which bounds memory.
@@ -31,9 +37,8 @@ class Contacts:
     """Where light cannot be interpolated from nodes, because it changes at a surface between them.
 
     Probes along a surface find what stands on it, aslant ones what is close above it: what they reach are contacts. In
-    a cell with one, light is not interpolated close to it, nor from corners that it hides or buries. Contacts along the
-    rim of a patch do not count, as its nodes are right beside them, and curved surfaces have none, as their facets are
-    small.
+    a cell with one, light is not interpolated close to it, nor from corners that it hides. Contacts along the rim of a
+    patch do not count, as its nodes are right beside them, and curved surfaces have none, as their facets are small.
 
     Parameters
     ----------
@@ -41,72 +46,101 @@ class Contacts:
         The patches, and nodes on them; its sheets are whole patches.
     caster
         Casts the probes.
-    buried
-        Whether nodes are inside bodies.
+
+    Members
+    -------
+    row
+        For each cell of the lattice its number among the T cells with contacts, or -1.
+    close
+        T x `PARTS`^2 bool: which parts of these cells, in rows along v, are close to a contact.
+    inside
+        T x `PARTS`^2 bool: which of these have their middles in a body, but not in a thin wall, which has two
+        sides in one part.
+    sees
+        T x `PARTS`^2 x 4 bool: the corners that each part sees, as `LatticePosition` numbers them.
+    nodes
+        T x 4 int: their nodes.
     """
 
-    def __init__(self, scene: Scene, lattice: Lattice, caster, buried: np.ndarray):
+    def __init__(self, scene: Scene, lattice: Lattice, caster):
         self._scene, self._caster = scene, caster
-        self._corners, self._buried = lattice.position, buried
-        self._rims = _rims(scene)
+        self._corners, self._rims = lattice.position, _rims(scene)
         points = _Points(*lattice.inner_points(PARTS))
         points = points[~scene.is_curved[points.patch]]
-        self._touched = np.zeros((lattice.cells, PARTS**2), dtype=bool)
-        self._mark(points, self._are_close)
-        beside = self.cells[points.position.cell] & ~self.at(points.position)
-        self._mark(points[beside], self._are_hidden)
+        close, inside = self._each(points, self._probed, np.zeros((len(points), 2), dtype=bool)).T
+        cells = np.unique(points.position.cell[close])
+        self.row = np.full(lattice.cells, -1)
+        self.row[cells] = np.arange(len(cells))
+        touched = np.flatnonzero(self.row[points.position.cell] >= 0)
+        points, close, inside = points[touched], close[touched], inside[touched]
+        place = self.row[points.position.cell], self.part(points.position)
+        self.close = np.zeros((len(cells), PARTS**2), dtype=bool)
+        self.close[place] = close
+        self.inside = self.close.copy()
+        self.inside[place] = inside
+        self.sees = np.ones((len(cells), PARTS**2, 4), dtype=bool)
+        self.sees[place] = self._each(points, self._seen_corners, np.zeros((len(points), 4), dtype=bool))
+        # What is visible of a part with its middle inside a body is like the nearest part that is outside.
+        hidden = self.inside & ~self.inside.all(axis=1, keepdims=True)
+        nearest = np.argmin(_APART + np.where(self.inside, np.inf, 0.0)[:, None], axis=2)
+        self.sees = np.take_along_axis(self.sees, np.where(hidden, nearest, np.arange(PARTS**2))[..., None], axis=1)
+        self.nodes = np.zeros((len(cells), 4), dtype=np.int64)
+        self.nodes[place[0]] = points.position.nodes
 
-    def at(self, position: LatticePosition) -> np.ndarray:
-        """K bool: whether light at K positions in the lattice is not to be interpolated."""
-        return self._touched[position.cell, _part(position)]
+    @staticmethod
+    def part(position: LatticePosition) -> np.ndarray:
+        """The number of the part of its cell in which each of K positions is."""
+        column, row = (np.minimum((place * PARTS).astype(np.int64), PARTS - 1) for place in (position.a, position.b))
+        return row * PARTS + column
 
-    @property
-    def cells(self) -> np.ndarray:
-        """For each cell of the lattice whether a contact is in it or close to it."""
-        return self._touched.any(axis=1)
+    def _each(self, points, function, result):
+        size = BLOCK // len(PROBES)
+        for start in range(0, len(points), size):
+            result[start:start + size] = function(points[start:start + size])
+        return result
 
-    def _mark(self, points, condition):
-        for start in range(0, len(points), BLOCK // len(PROBES)):
-            some = points[start:start + BLOCK // len(PROBES)]
-            self._touched[some.position.cell, _part(some.position)] = condition(some)
-
-    def _are_close(self, points):
-        """Which of P points have a contact within their steps."""
+    def _probed(self, points):
+        """P x 2 bool: which of P points have a contact within their steps, and which see it from inside a body."""
         corners = self._corners[points.position.nodes]
         along, up = (corners[:, [1, 2]] - corners[:, :1]).swapaxes(0, 1) / PARTS
         flat = PROBES[:, 0, None] * along[:, None] + PROBES[:, 1, None] * up[:, None]
         length = np.linalg.norm(flat, axis=2)
         normal = points.side[:, None] * self._scene.normals[points.patch]
-        direction = flat + (PROBES[:, 2] * length)[:, :, None] * normal[:, None]
+        direction = (flat + (PROBES[:, 2] * length)[:, :, None] * normal[:, None]).reshape(-1, 3)
         origin = bilinear(self._scene.vertices[points.patch], points.u, points.v)
         point = np.repeat(np.arange(len(points)), len(PROBES))
-        met, place = self._met(points.patch[point], origin[point], direction.reshape(-1, 3))
-        point = point[met]
-        at_rim = self._is_at_rim(points.patch[point], place, RIM * length.reshape(-1)[met])
-        close = np.zeros(len(points), dtype=bool)
-        close[point[~at_rim]] = True
-        return close
+        met, place, patch = self._met(points.patch[point], origin[point], direction)
+        back = np.einsum("kx,kx->k", direction[met], self._scene.normals[patch]) > 0
+        back &= ~self._scene.two_sided[patch]
+        at_rim = self._is_at_rim(points.patch[point[met]], place, RIM * length.reshape(-1)[met])
+        reached = np.zeros((2, len(points), len(PROBES)), dtype=bool)
+        for probes, which in zip(reached, (~at_rim, back & ~at_rim), strict=True):
+            probes[point[met[which]], (met % len(PROBES))[which]] = True
+        close, backs = reached.sum(axis=2)
+        # The probes that rise little are in an order in which the last one is opposite to the first one.
+        low = reached[1, :, :LOW_PROBES]
+        thin = (low & low[:, ::-1]).any(axis=1)
+        return np.stack([close > 0, (backs > close / 2) & ~thin], axis=1)
 
-    def _are_hidden(self, points):
-        """Which of P points do not see all corners of their cells, or have buried ones."""
-        nodes = points.position.nodes
-        hidden = self._buried[nodes].any(axis=1)
-        open_ = np.repeat(np.flatnonzero(~hidden), 4)
-        normal = points.side[open_, None] * self._scene.normals[points.patch[open_]]
-        origin = bilinear(self._scene.vertices[points.patch[open_]], points.u[open_], points.v[open_])
-        toward = (1 - RIM) * (self._corners[nodes[~hidden]].reshape(-1, 3) - origin)
+    def _seen_corners(self, points):
+        """P x 4 bool: the corners of their cells that P points see."""
+        point = np.repeat(np.arange(len(points)), 4)
+        normal = points.side[point, None] * self._scene.normals[points.patch[point]]
+        origin = bilinear(self._scene.vertices[points.patch], points.u, points.v)[point]
+        toward = SHORT_OF_NODE * (self._corners[points.position.nodes.ravel()] - origin)
         lift = LOW / PARTS * np.linalg.norm(toward, axis=1, keepdims=True) * normal
-        met, _ = self._met(points.patch[open_], origin + lift, toward)
-        hidden[open_[met]] = True
-        return hidden
+        met, _, _ = self._met(points.patch[point], origin + lift, toward)
+        seen = np.ones(len(point), dtype=bool)
+        seen[met] = False
+        return seen.reshape(-1, 4)
 
     def _met(self, patch, origin, direction):
-        """Those of rays from patches that meet another smooth surface within their lengths, and where."""
+        """Those of rays from patches that meet another smooth surface within their lengths, where, and its patch."""
         rays = Rays(origin, direction, self._scene.surface[patch], np.ones(len(patch)))
         hits = self._caster.nearest(rays)
         met = np.flatnonzero(hits.patch >= 0)
         met = met[self._scene.smooth[hits.patch[met]] != self._scene.smooth[patch[met]]]
-        return met, origin[met] + hits.t[met, None] * direction[met]
+        return met, origin[met] + hits.t[met, None] * direction[met], hits.patch[met]
 
     def _is_at_rim(self, patch, place, reach):
         """Which of K places are beyond a rim of a patch, or within reach of it."""
@@ -132,12 +166,6 @@ class _Points:
 
     def __getitem__(self, rows):
         return _Points(self.patch[rows], self.side[rows], self.u[rows], self.v[rows], self.position[rows])
-
-
-def _part(position):
-    """The number of the part of its cell in which each position is."""
-    column, row = (np.minimum((place * PARTS).astype(np.int64), PARTS - 1) for place in (position.a, position.b))
-    return row * PARTS + column
 
 
 def _rims(scene):

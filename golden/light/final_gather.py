@@ -18,6 +18,8 @@ __all__ = ["FinalGather"]
 
 # Rays per block, which bounds memory.
 BLOCK = 1 << 17
+# A ray that ends within this share of an element's length takes the light at its very end.
+REACH = 0.5
 # Integer weights of the rays of a point sum to 2^32 or just below it.
 WEIGHT_BITS = 32
 
@@ -25,8 +27,8 @@ WEIGHT_BITS = 32
 class FinalGather:
     """The indirect light at points: interpolated from nodes, or beside `Contacts` gathered by rays.
 
-    The rays' directions are spread by the cosine. A ray that ends within an element's length takes the light
-    at its very end: the element is too coarse there. Others take the radiosity of the element that they hit.
+    The rays' directions are spread by the cosine. A ray that ends nearby takes the light at its very end:
+    the element is too coarse there. Others take the radiosity of the piece of an element that they hit.
 
     Parameters
     ----------
@@ -44,7 +46,7 @@ class FinalGather:
         self._scene, self._indirect, self._samples = scene, indirect, samples
         self._caster = tally.counting("gather", caster)
         self._light = DirectLight(scene, caster, tally, 1)
-        self._reach = np.sqrt(indirect.elements.area)
+        self._reach = REACH * np.sqrt(indirect.elements.area)
 
     def light(self, points: SurfacePoints, u: np.ndarray, v: np.ndarray, front: np.ndarray, keys: np.ndarray,
               rank: np.ndarray, ranks: int) -> np.ndarray:
@@ -94,8 +96,9 @@ class FinalGather:
     def _reflected(self, direction, hits, keys):
         """Radiance, K x 3, of what rays of unit length hit."""
         elements, indirect = self._indirect.elements, self._indirect
-        element = elements.seen(direction, hits)
-        light = np.where(element[:, None] >= 0, indirect.solution.display[element], 0.0)
+        piece = indirect.pieces.seen(direction, hits)
+        light = np.where(piece[:, None] >= 0, indirect.display[piece], 0.0)
+        element = np.where(piece >= 0, indirect.pieces.element[piece], -1)
         near = np.flatnonzero((element >= 0) & (hits.t < self._reach[element]))
         own, patch, u, v = element[near], hits.patch[near], hits.u[near], hits.v[near]
         points = SurfacePoints(bilinear(self._scene.vertices[patch], u, v), elements.normal[own], patch)

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import isqrt
 
 import numpy as np
 from scipy import sparse
@@ -15,6 +16,7 @@ from golden.light.elements import Elements
 from golden.light.glass import Glass
 from golden.light.lattice import Lattice
 from golden.light.node_rows import NodeRows, joined
+from golden.light.pieces import Pieces
 from golden.light.sampling import mix, uniform
 from golden.light.solvers import SOLVERS, RadiositySystem, Solution
 from golden.light.surface_points import SurfacePoints, bilinear
@@ -50,8 +52,10 @@ class IndirectLight:
         The same for a lattice with a sheet for each element that adaptive refinement cut.
     sheet
         For each cell of the elements' lattice its sheet in ``refined``, or -1.
-    contacts
-        Where light is not to be interpolated.
+    contacts, usable
+        Where surfaces touch, and for their cells T x `PARTS`^2 x 4 bool: the corners that parts see, outside bodies.
+    pieces, display
+        The unknowns of the radiosity system, and their solution, P x 3.
     reflectance
         C x 3: the shares of arriving light that elements reflect.
     received, radiosity
@@ -71,6 +75,9 @@ class IndirectLight:
     refined_irradiance: np.ndarray
     sheet: np.ndarray
     contacts: Contacts
+    usable: np.ndarray
+    pieces: Pieces
+    display: np.ndarray
     reflectance: np.ndarray
     received: np.ndarray
     radiosity: np.ndarray
@@ -86,7 +93,7 @@ class IndirectLight:
     def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
         """Interpolated irradiance over pi at K points of patches, K x 3; ``front``: on the front side."""
         position = self.elements.at(patch, u, v, front)
-        result = _interpolated(position, self.irradiance)
+        result = _interpolated(self._open(position), self.irradiance)
         sheet = self.sheet[position.cell]
         some = np.flatnonzero(sheet >= 0)
         fine = self.refined.at(sheet[some], position.a[some], position.b[some])
@@ -95,12 +102,29 @@ class IndirectLight:
 
     def touched(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
         """K bool: whether light at K points of patches is not to be interpolated."""
-        return self.contacts.at(self.elements.at(patch, u, v, front))
+        position = self.elements.at(patch, u, v, front)
+        row, part = self.contacts.row[position.cell], Contacts.part(position)
+        some = np.flatnonzero(row >= 0)
+        result = np.zeros(len(row), dtype=bool)
+        place = row[some], part[some]
+        result[some] = self.contacts.close[place] | ~self.usable[place].all(axis=1)
+        return result
+
+    def _open(self, position):
+        """Positions with weights for corners that they see and that are outside bodies alone, if there are any."""
+        row = self.contacts.row[position.cell]
+        some = np.flatnonzero(row >= 0)
+        own = position[some]
+        weights = own.weights * self.usable[row[some], Contacts.part(own)]
+        total = weights.sum(axis=1, keepdims=True)
+        result = position.weights.copy()
+        result[some] = np.where(total > 0, weights / np.where(total > 0, total, 1), own.weights)
+        return replace(position, weights=result)
 
     def at_points(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray,
                   hemisphere: Hemisphere) -> np.ndarray:
         """Irradiance over pi at M points, M x 3, from a hemisphere at each; see `NodeRows.cast`."""
-        return self.rows.cast(position, normal, source, hemisphere).gathered(self.solution.display)
+        return self.rows.cast(position, normal, source, hemisphere).gathered(self.display)
 
 
 def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: Tally, *, hemisphere: Hemisphere,
@@ -142,45 +166,53 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     Source: Shen 1993, section 2.4.
     """
     elements = Elements(scene, refinement)
+    with tally.stage("elements"):
+        contacts = Contacts(scene, elements.lattice, caster)
+        pieces = Pieces(elements, contacts)
     glass = Glass(scene)
-    rows = NodeRows(scene, elements, glass, frusta=frusta, caster=caster, tally=tally, progress=progress)
+    rows = NodeRows(scene, pieces, glass, frusta=frusta, caster=caster, tally=tally, progress=progress)
     if estimate:
         # Adaptive refinement cuts some elements, each into a sheet of nodes of its own.
         most = len(elements.lattice.nodes[0]) + len(elements) // EVERY * (CUTS + 1)**2
-        uncounted = NodeRows(scene, elements, glass, frusta=frusta, caster=caster, tally=Tally())
+        uncounted = NodeRows(scene, pieces, glass, frusta=frusta, caster=caster, tally=Tally())
         estimate(most, _seconds_each(uncounted, elements.lattice.nodes, hemisphere))
     with tally.stage("form factors"):
         nodes = rows.cast(*elements.lattice.nodes, hemisphere, spread)
-        mean = _mean_of_open(elements.of_corners, nodes.buried)
+        mean = _mean_of_open(pieces.of_corners, nodes.buried)
+        of_elements = pieces.of_elements(~pieces.is_blind & (mean.sum(axis=1) > 0))
     with tally.stage("direct light of elements"):
         light = DirectLight(scene, caster, tally, -(-light_samples // POINTS))
-        points, keys = _points(scene, elements, seed)
-        direct = _mean_outside(elements, light.irradiance(points, keys), nodes.buried)
-        thrown = _thrown(scene, glass, elements, light, points, nodes.buried)
+        points, keys, of_points = _points(scene, elements, pieces, nodes.buried, seed)
+        direct = of_points @ light.irradiance(points, keys)
+        thrown = of_points @ _thrown(scene, glass, light, points)
     with tally.stage("solver"):
         shares = _shares(scene, elements)
-        reflectance = _reflectance(shares, glass, elements.patch)
+        reflectance, own = _reflectance(shares, glass, elements.patch), pieces.element
         solutions = [SOLVERS[solver](RadiositySystem(
-            form_factors=(mean @ matrix).tocsr(), reflectance=np.minimum(reflectance, 1),
-            emission=reflectance * (direct + mean @ nodes.sky) + thrown, area=elements.area, centre=elements.centre,
-            normal=elements.normal), progress=progress) for matrix in nodes.factors]
-        solution = replace(max(solutions, key=lambda one: one.steps),
-                           radiosity=joined(rows.groups, [one.radiosity for one in solutions]),
-                           ambient=joined(rows.groups, [one.ambient for one in solutions]),
-                           converged=all(one.converged for one in solutions))
-        irradiance = nodes.gathered(solution.display)
-        received = direct + mean @ irradiance
+            form_factors=(mean @ matrix).tocsr(), reflectance=np.minimum(reflectance[own], 1),
+            emission=reflectance[own] * (direct + mean @ nodes.sky) + thrown, area=pieces.area,
+            centre=elements.centre[own], normal=elements.normal[own]), progress=progress) for matrix in nodes.factors]
+        radiosity, ambient = (joined(rows.groups, [getattr(one, name) for one in solutions])
+                              for name in ("radiosity", "ambient"))
+        display = radiosity + ambient
+        solution = replace(max(solutions, key=lambda one: one.steps), radiosity=of_elements @ radiosity,
+                           ambient=of_elements @ ambient, converged=all(one.converged for one in solutions))
+        irradiance = nodes.gathered(display)
+        received = of_elements @ (direct + mean @ irradiance)
     with tally.stage("adaptive refinement"):
-        contacts = Contacts(scene, elements.lattice, caster, nodes.buried)
-        chosen = _contrasting(elements, irradiance, nodes.buried, contacts.cells[elements.position.cell])
+        usable = contacts.sees & ~nodes.buried[contacts.nodes][:, None]
+        row = contacts.row[elements.position.cell]
+        # Where a corner is hidden or buried, light is gathered rather than interpolated.
+        hidden = np.append(~usable.all(axis=(1, 2)), False)[row]
+        chosen = _contrasting(elements, irradiance, nodes.buried, hidden)
         refined = elements.refined(chosen, CUTS)
         fine_nodes = rows.cast(*refined.nodes, hemisphere, spread)
-        fine = _fill(refined.neighbours, fine_nodes.gathered(solution.display), fine_nodes.buried)
+        fine = _fill(refined.neighbours, fine_nodes.gathered(display), fine_nodes.buried)
         sheet = np.full(elements.lattice.cells, -1)
         sheet[elements.position.cell[chosen]] = np.arange(len(chosen))
     return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, nodes.buried),
                          refined=refined, refined_irradiance=fine, sheet=sheet, contacts=contacts,
-                         reflectance=reflectance, received=received,
+                         usable=usable, pieces=pieces, display=display, reflectance=reflectance, received=received,
                          radiosity=scene.channels("emission")[elements.patch] + np.where(
                              glass.mirrors[elements.patch][:, None], shares * received, solution.display), rows=rows,
                          solution=solution, has_buried=bool(nodes.buried.any()))
@@ -225,33 +257,35 @@ def _interpolate(nodes, weights, values, result):
                 result[k, channel] += weights[k, corner] * values[nodes[k, corner], channel]
 
 
-def _points(scene, elements, seed):
-    """One point in each quarter of each element, and the keys of their samples."""
-    element, quarter = np.divmod(np.arange(len(elements) * POINTS), POINTS)
-    keys = mix(seed, 1, element, quarter)
-    u, v = (quarter % 2 + uniform(keys, 2)) / 2, (quarter // 2 + uniform(keys, 3)) / 2
+def _points(scene, elements, pieces, buried, seed):
+    """One point in each field of each element, the keys of their samples, and the sparse means of pieces over them.
+
+    In a part of a cut element it is in the middle, of which `Contacts` knows what it sees.
+    """
+    element, piece, column, row, across, inside = pieces.points(isqrt(POINTS))
+    field = row * across + column
+    keys = mix(seed, 1, element, field)
+    quarter = across == isqrt(POINTS)
+    u, v = ((cell + np.where(quarter, uniform(keys, axis), 0.5)) / across for axis, cell in ((2, column), (3, row)))
     v = np.where(scene.is_triangle[elements.patch[element]], 1 - np.sqrt(1 - v), v)
+    # A quarter of a whole quadrilateral is inside a body if its corner is: it is not visible.
+    corner = elements.position.nodes[element, np.where(quarter, field, 0)]
+    inside |= quarter & ~elements.triangle[element] & buried[corner]
+    share = sparse.csr_array((np.where(inside, 0.0, 1.0), (piece, np.arange(len(piece)))),
+                             shape=(len(pieces), len(piece)))
+    mean = sparse.diags_array(1 / np.maximum(share.sum(axis=1), 1)) @ share
     return SurfacePoints(bilinear(elements.vertices[element], u, v), elements.normal[element],
-                         elements.patch[element]), keys
+                         elements.patch[element]), keys, mean
 
 
-def _mean_outside(elements, values, buried):
-    """Means over the points of each element outside bodies."""
-    # A quarter of a quadrilateral is inside a body if its corner is: it is not visible.
-    counts = elements.triangle[:, None] | ~buried[elements.position.nodes]
-    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    return np.einsum("cq,cqx->cx", share, values.reshape(-1, POINTS, 3))
-
-
-def _thrown(scene, glass, elements, light, points, buried):
+def _thrown(scene, glass, light, points):
     """What flat mirrors throw of the light of lights without an area, which hemispheres do not meet: it diffuses."""
     result = np.zeros((len(points), 3))
     rows = np.flatnonzero(glass.mirrors[points.patch])
-    if not len(rows) or not scene.lights:
-        return 0.0
-    share = glass.mean_thrown[points.patch[rows]]
-    result[rows] = share / np.maximum(1 - share, LEAST_LEFT) * light.of_lights(points[rows])
-    return _mean_outside(elements, result, buried)
+    if len(rows) and scene.lights:
+        share = glass.mean_thrown[points.patch[rows]]
+        result[rows] = share / np.maximum(1 - share, LEAST_LEFT) * light.of_lights(points[rows])
+    return result
 
 
 def _mean_of_open(of_corners, buried):
@@ -261,17 +295,16 @@ def _mean_of_open(of_corners, buried):
     return sparse.diags_array(1 / np.where(total > 0, total, 1)) @ mean
 
 
-def _contrasting(elements, irradiance, buried, contacts):
+def _contrasting(elements, irradiance, buried, hidden):
     """The elements whose corners differ most, as numbers: only quadrilaterals with a corner outside bodies.
 
-    ``contacts``: for each element whether a contact is in its cell.
+    Not those that are ``hidden``, C bool.
     """
     corners = irradiance.mean(axis=1)[elements.position.nodes]
     inside = buried[elements.position.nodes]
     # A corner inside a body carries no information on the light outside: it counts as dark.
     corners = np.where(inside, 0, corners)
-    # Beside a body that buries a corner light is gathered, not interpolated.
-    never = elements.triangle | inside.all(axis=1) | (inside.any(axis=1) & contacts)
+    never = elements.triangle | inside.all(axis=1) | hidden
     contrast = np.where(never, 0, corners.max(axis=1) - corners.min(axis=1))
     order = np.argsort(-contrast, kind="stable")[:len(elements) // EVERY]
     return order[contrast[order] > CONTRAST * irradiance[~buried].mean()] if not buried.all() else order[:0]

@@ -6,9 +6,9 @@ import numpy as np
 from scipy import sparse
 
 from golden.frustum import Hemisphere
-from golden.light.elements import Elements
 from golden.light.form_factors import hemisphere_sums
 from golden.light.glass import ClearRays, Glass
+from golden.light.pieces import Pieces
 from golden.light.tally import Tally
 from golden.scene.scene import Scene
 from golden.scene.sky.sky import Sky
@@ -27,7 +27,7 @@ class Rows:
     Parameters
     ----------
     factors
-        For each group of channels that sees glass equally clear the sparse M x C form factors to the elements.
+        For each group of channels that sees glass equally clear the sparse M x P form factors to pieces of elements.
     groups
         The channels of each group.
     sky
@@ -42,7 +42,7 @@ class Rows:
     buried: np.ndarray
 
     def gathered(self, radiosity: np.ndarray) -> np.ndarray:
-        """Irradiance over pi, M x 3, if the C elements have these radiosities, C x 3."""
+        """Irradiance over pi, M x 3, if the P pieces have these radiosities, P x 3."""
         return joined(self.groups, [matrix @ radiosity for matrix in self.factors]) + self.sky
 
 
@@ -51,8 +51,8 @@ class NodeRows:
 
     Parameters
     ----------
-    scene, elements, glass
-        The patches, their elements, and which patches are clear or mirrors.
+    scene, pieces, glass
+        The patches, the pieces of their elements, and which patches are clear or mirrors.
     frusta, caster
         Caster of hemispheres, and caster of the rays behind glass and from mirrors.
     tally
@@ -61,9 +61,9 @@ class NodeRows:
         Shows a progress bar after two seconds.
     """
 
-    def __init__(self, scene: Scene, elements: Elements, glass: Glass, *, frusta, caster, tally: Tally,
+    def __init__(self, scene: Scene, pieces: Pieces, glass: Glass, *, frusta, caster, tally: Tally,
                  progress: bool = False):
-        self._scene, self._elements, self._progress = scene, elements, progress
+        self._scene, self._pieces, self._progress = scene, pieces, progress
         self._frusta = tally.counting("hemisphere", frusta)
         self.groups = glass.colours
         self.clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0])
@@ -78,8 +78,8 @@ class NodeRows:
         factors, skies, buried = [], [], []
         sky = self._scene.background.radiance if isinstance(self._scene.background, Sky) else None
         for clear in self.clear:
-            sums = hemisphere_sums(self._frusta, hemisphere, position, normal, source, columns=len(self._elements),
-                                   column_of=self._elements.seen, clear=clear, sky=sky, spread=spread,
+            sums = hemisphere_sums(self._frusta, hemisphere, position, normal, source, columns=len(self._pieces),
+                                   column_of=self._pieces.seen, clear=clear, sky=sky, spread=spread,
                                    progress=self._progress)
             unit = 2.0**-sums.weight_bits
             factors.append(sums.weights.astype(np.float64) * unit)

@@ -6,12 +6,15 @@ import pytest
 from golden.cast.grid import Grid
 from golden.frustum import Hemisphere
 from golden.light.analytic import point_to_polygon
+from golden.light.contacts import PARTS
 from golden.light.final_gather import FinalGather
 from golden.light.indirect import indirect_light
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
 from golden.scene.builtin.shapes import box, placed
+from golden.scene.lights import PointLight
+from golden.scene.material import Material
 from golden.scene.refine import refine
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
@@ -33,11 +36,16 @@ def column(radius, height, sides=16):
     return np.stack([ring[:-1], ring[1:], top[1:], top[:-1]], axis=1)
 
 
+def solved(scene, max_edge=0.17):
+    """The light of a scene's elements."""
+    caster = Grid(scene)
+    return indirect_light(scene, refine(scene, max_edge=max_edge), caster, caster, Tally(),
+                          hemisphere=Hemisphere(64, 16), solver="conjugate-gradient", light_samples=16, seed=0)
+
+
 def lit(scene, points, samples=256, max_edge=0.17):
     """Indirect light at points of the floor, patch 0."""
-    caster, tally = Grid(scene), Tally()
-    indirect = indirect_light(scene, refine(scene, max_edge=max_edge), caster, caster, tally,
-                              hemisphere=Hemisphere(64, 16), solver="conjugate-gradient", light_samples=16, seed=0)
+    caster, tally, indirect = Grid(scene), Tally(), solved(scene, max_edge)
     count = len(points)
     surface = SurfacePoints(points, np.tile((0.0, 0, 1), (count, 1)), np.zeros(count, dtype=int))
     return FinalGather(scene, indirect, caster, tally, samples).light(
@@ -65,6 +73,8 @@ BODIES = {
     "slab of 2 cm": (box((0.3, 0.91, 0), (1.7, 1.5, 0.02), omit=("-z",)), (1.0, 0.91, 0), (0, -1, 0)),
     "column": (column(0.15, 1.5), 1 + 0.15 * FACE[0] * FACE - (0, 0, 1), FACE),
     "leg": (box((0.97, 1.01, 0), (1.02, 1.06, 0.7), omit=("-z",)), (1.0, 1.01, 0), (0, -1, 0)),
+    "shelf": (box((0.3, 0.91, 0), (1.7, 0.93, 0.3), omit=("-z",)), (1.0, 0.91, 0), (0, -1, 0)),
+    "shelf, other side": (box((0.3, 0.91, 0), (1.7, 0.93, 0.3), omit=("-z",)), (1.0, 0.93, 0), (0, 1, 0)),
     "bed on legs": (box((0.4, 0.83, 0.1), (1.6, 1.7, 0.4)), (1.0, 0.83, 0), (0, -1, 0)),
 }
 
@@ -76,3 +86,66 @@ def test_the_sky_beside_a_black_body_is_the_closed_form(name):
     truth = open_sky(points, faces)
     found = lit(scene_of((FLOOR, BLACK), (faces, BLACK), background=OPEN), points)
     assert (np.abs(found / truth - 1) < tolerance(DISTANCES)).all(), found / truth - 1
+
+
+# A room of 2 x 2 x 1 whose ceiling alone reflects, and a point light on one side of a partition.
+CEILING, LIGHT, REFLECTANCE = rectangle((0, 0, 1), (0, 2, 0), (2, 0, 0)), np.array((0.4, 1.1, 0.2)), 0.6
+PARTITION = 1.07
+# The largest element that a render chooses in it.
+DEFAULT = np.sqrt(16 / 3000)
+
+
+def reflected_by_ceiling(points, free, fields=400):
+    """Brute force: a sum over fields of the ceiling of what they reflect to points of the floor.
+
+    ``free(a, b)``: whether lines from points a to points b pass the partition.
+    """
+    middle = (np.arange(fields) + 0.5) * 2 / fields
+    y = np.stack([*(grid.ravel() for grid in np.meshgrid(middle, middle)), np.ones(fields**2)], axis=1)
+    distance2 = ((y - LIGHT) ** 2).sum(axis=1)
+    bright = REFLECTANCE / np.pi * (1 - LIGHT[2]) / distance2**1.5 * free(LIGHT, y)
+    return np.array([(bright / (np.pi * ((y - x) ** 2).sum(axis=1) ** 2) * free(x, y)).sum() for x in points]) * (
+        2 / fields) ** 2
+
+
+def passes_partition(low, high, top):
+    """`reflected_by_ceiling`'s ``free`` of a partition at x = `PARTITION` from y = ``low`` to ``high``."""
+
+    def free(a, b):
+        share = (PARTITION - a[0]) / (b[:, 0] - a[0])
+        y, z = a[1] + share * (b[:, 1] - a[1]), a[2] + share * (b[:, 2] - a[2])
+        return ~((share > 0) & (share < 1) & (y > low) & (y < high) & (z < top))
+
+    return free
+
+
+@pytest.mark.parametrize(("low", "high", "top", "max_edge"), [
+    (0, 2, 0.5, 0.17), *(pytest.param(*case, DEFAULT, marks=pytest.mark.nightly)
+                         for case in ((0, 2, 0.5), (0.5, 1.5, 0.8), (0.8, 2, 1)))],
+    ids=["low partition, coarse", "low partition", "partition", "door ajar"])
+def test_lamp_light_beside_a_thin_partition_is_what_brute_force_gathers(low, high, top, max_edge):
+    walls = box((0, 0, 0), (2, 2, 1), omit=("-z", "+z"))[:, ::-1]
+    sheet = rectangle((PARTITION, low, 0), (0, high - low, 0), (0, 0, top))
+    scene = scene_of((FLOOR, BLACK), (CEILING, Material(name="white", diffuse=(REFLECTANCE,) * 3)), (walls, BLACK),
+                     (sheet, BLACK, {"two_sided": True}), lights=(PointLight(position=LIGHT, intensity=(1, 1, 1)),))
+    points = np.stack([np.concatenate([PARTITION - DISTANCES, PARTITION + DISTANCES]), np.full(14, 1.17),
+                       np.zeros(14)], axis=1)
+    truth = reflected_by_ceiling(points, passes_partition(low, high, top))
+    found = lit(scene, points, samples=4096, max_edge=max_edge)
+    assert (np.abs(found / truth - 1) < tolerance(np.tile(DISTANCES, 2))).all(), found / truth - 1
+
+
+@pytest.mark.parametrize("thickness", [0.0, 0.02])
+def test_little_light_leaks_through_a_thin_wall(thickness):
+    """Into a sealed room beside a lit one: at most that of a strip along the wall, half a part of an element wide."""
+    grey, end = Material(name="grey", diffuse=(0.6,) * 3), PARTITION + thickness
+    wall = box((PARTITION, 0, 0), (end, 2, 1)) if thickness else rectangle((PARTITION, 0, 0), (0, 2, 0), (0, 0, 1))
+    scene = scene_of((box((0, 0, 0), (2, 2, 1))[:, ::-1], grey), (wall, grey, {"two_sided": not thickness}),
+                     lights=(PointLight(position=LIGHT, intensity=(1, 1, 1)),))
+    light = solved(scene)
+    x, area = light.elements.centre[:, 0], light.elements.area
+    bright, dark = (np.average(light.received[side, 0], weights=area[side])
+                    for side in (x < PARTITION - 0.1, x > end + 0.1))
+    part, length = 2 / 12 / PARTS, 2 - end
+    strip = part / 2 * (2 + 2 + 1 + 1) / (2 * (2 * length + length + 2))
+    assert dark < bright * strip / (1 - 0.6)

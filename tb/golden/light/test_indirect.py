@@ -215,4 +215,5 @@ def test_rays_are_counted():
     assert tally.kinds["hemisphere"]["hits"] == light.nodes * 128
     # Five faces of 16 elements, four points on each, two rays (6 over 4, rounded up) from each; the ceiling sees none.
     assert tally.kinds["shadow"]["rays"] == 5 * 16 * 4 * 2
-    assert set(tally.seconds) == {"form factors", "direct light of elements", "solver", "adaptive refinement"}
+    assert set(tally.seconds) == {"elements", "form factors", "direct light of elements", "solver",
+                                  "adaptive refinement"}
