@@ -2,9 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from golden.config import Config
 from golden.errors import InputError
+
+if TYPE_CHECKING:  # commands that only print their help import this
+    from golden.config import Config
+    from hw.simulator.simulated_machine import SimulatedMachine
 
 __all__ = ["MOST_CLUSTERS", "check_clusters", "opened_machine"]
 
@@ -27,8 +31,8 @@ def check_clusters(clusters: int | None) -> None:
 
 
 @contextmanager
-def opened_machine(config: Config, *, policy: str | None, latency: int, spread: int = 0, memory_seed: int = 1,
-                   traced: bool = False, progress: bool = False) -> Iterator:
+def opened_machine(config: "Config", *, policy: str | None, latency: int, spread: int = 0, memory_seed: int = 1,
+                   traced: bool = False, progress: bool = False) -> "Iterator[SimulatedMachine]":
     """The `hw.simulator.simulated_machine.SimulatedMachine`; what goes wrong in it is an error of one line.
 
     Parameters
