@@ -116,3 +116,13 @@ def test_a_ray_hits_the_nearest_patch_or_any_one():
     assert (hits.t.item(), scene.normals[hits.patch.item()].tolist()) == (0.5, [0, 0, -1])
     blocked = radiosity.cast(scene, radiosity.Rays([[0.5, 0.5, 0.5]], [[0, 0, 1]], tmax=[0.4]), any_hit=True)
     assert blocked.patch.item() == -1
+
+
+def test_sensors_of_a_plane_are_the_centres_of_its_fields():
+    sensors = radiosity.Sensors.on_plane((1, 2, 3), (4, 0, 0), (0, 2, 0), (2, 1))
+    np.testing.assert_array_equal(sensors.position, [(2, 3, 3), (4, 3, 3)])
+    np.testing.assert_array_equal(sensors.normal, [(0, 0, 1)] * 2)
+    for steps in (0, 1), (True, 1), (1.5, 1):
+        with pytest.raises(radiosity.InputError, match="Steps must be two whole numbers") as caught:
+            radiosity.Sensors.on_plane((0, 0, 0), (1, 0, 0), (0, 1, 0), steps)
+        assert caught.value.parameter == "steps"

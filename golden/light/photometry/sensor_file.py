@@ -77,7 +77,4 @@ def _plane(words):
         raise InputError(f"Steps of a plane must be whole numbers of at least 1, not {' '.join(words[9:])!r}")
     if steps.prod() > MOST:
         raise InputError(f"Sensors must be at most {MOST}, not {steps.prod():g}")
-    m, n = steps.astype(int)
-    u, v = (np.arange(m) + 0.5) / m, (np.arange(n) + 0.5) / n
-    points = corner + np.tile(u, n)[:, None] * along + np.repeat(v, m)[:, None] * up
-    return points, np.cross(along, up)
+    return Sensors.on_plane(corner, along, up, tuple(steps.astype(int))).position, np.cross(along, up)

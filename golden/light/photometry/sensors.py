@@ -1,6 +1,7 @@
 """Points in space at which illuminance is measured."""
 
 from dataclasses import dataclass
+from numbers import Integral
 
 import numpy as np
 
@@ -50,6 +51,32 @@ class Sensors:
         plane = np.full(len(position), -1) if self.plane is None else np.asarray(self.plane, dtype=np.int64)
         for name, value in (("position", position), ("normal", normal / length), ("plane", plane)):
             object.__setattr__(self, name, value)
+
+    @classmethod
+    def on_plane(cls, corner, along, across, steps: tuple[int, int]) -> "Sensors":
+        """The centres of the fields of a work plane, facing ``along`` x ``across``; along it they run fastest.
+
+        Parameters
+        ----------
+        corner, along, across
+            A corner of the plane, and its edges from there.
+        steps
+            Fields along both edges, at least 1.
+
+        Raises
+        ------
+        InputError
+            A number of steps is no whole number above 0; and as of the class.
+        """
+        m, n = steps
+        if not all(isinstance(count, Integral) and not isinstance(count, bool) and count >= 1 for count in steps):
+            raise InputError(f"sensors: Steps must be two whole numbers of at least 1, not {steps!r}",
+                             parameter="steps")
+        corner, along, across = (np.asarray(value, dtype=np.float64) for value in (corner, along, across))
+        u, v = (np.arange(m) + 0.5) / m, (np.arange(n) + 0.5) / n
+        points = corner + np.tile(u, n)[:, None] * along + np.repeat(v, m)[:, None] * across
+        return cls(position=points, normal=np.tile(np.cross(along, across), (len(points), 1)),
+                   plane=np.zeros(len(points)))
 
     def __len__(self) -> int:
         return len(self.position)
