@@ -22,13 +22,16 @@ def pointer(typing, address, kind):
 
 
 @intrinsic
-def call(typing, function, first, second, third):
-    """Call the function at an address, which takes three addresses and returns nothing."""
+def call(typing, function, addresses):
+    """Call the function at an address with a tuple of addresses; what it returns, if anything, is dropped."""
+    count = len(addresses)
+
     def generate(context, builder, signature, arguments):
-        kind = ir.FunctionType(ir.VoidType(), [argument.type for argument in arguments[1:]])
-        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        given = [builder.extract_value(arguments[1], number) for number in range(count)]
+        kind = ir.FunctionType(ir.VoidType(), [one.type for one in given])
+        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), given)
         return context.get_dummy_value()
-    return types.none(types.uintp, types.uintp, types.uintp, types.uintp), generate
+    return types.none(types.uintp, types.UniTuple(types.uintp, count)), generate
 
 
 @intrinsic

@@ -11,19 +11,23 @@ from golden.cast.embree_library import embree_library, has_embree
 from golden.cast.outline import narrowest, widened
 from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
-from golden.cast.shared_grid import shared_grid
 from golden.errors import InputError
 from golden.oracle import Oracle
 from golden.scene.overlaps import overlaps
 from golden.scene.scene import Scene
+from golden.stage_progress import StageProgress
 
 __all__ = ["Embree"]
 
 # In the scene's sizes: how far rays start above their sources, and how far behind that hits may be; how far patches
 # are widened; and by how much less deep than another a hit is if Embree separates them.
 RISE, BACK, WIDTH, SLACK = 2.0**-23, 2.0**-24, 2.0**-19, 2.0**-16
+# How near another patch is that may be at the start of a ray: lattice nodes are 2^-19 away from the borders of theirs.
+REACH = 2.0**-22
 # Least rays of a compiled call, and calls per thread.
 FEWEST, SHARES = 1 << 12, 8
+# Seconds of the stages of the first caster of all, nearly all of them compilation.
+EXPECTED = {"patches": 1, "compiling": 6}
 
 
 class Embree(RayCaster):
@@ -48,6 +52,8 @@ class Embree(RayCaster):
         The patches.
     jobs
         Threads, at least 1; the hits do not depend on it. Default: one per processor that this process may use.
+    progress
+        Shows a progress bar after two seconds of preparation: the first caster of all compiles the code.
 
     Raises
     ------
@@ -57,8 +63,8 @@ class Embree(RayCaster):
         Jobs out of range, float64 does not resolve the scene, or the compiler is switched off.
     """
 
-    def __init__(self, scene: Scene, *, jobs: int | None = None):
-        library = embree_library()
+    def __init__(self, scene: Scene, *, jobs: int | None = None, progress: bool = False):
+        embree_library()
         if not has_embree():
             import_module("numba")
             raise InputError("Method embree needs numba's compiler, which NUMBA_DISABLE_JIT switches off")
@@ -66,23 +72,32 @@ class Embree(RayCaster):
         from golden.cast.embree_scene import EmbreeScene
 
         super().__init__(jobs)
-        self.oracle = Oracle(scene)
-        centre, size = scene.bounds.mean(axis=0), scene.size
-        self._scene = EmbreeScene((widened(scene, WIDTH * size) - centre) / size)
-        self._kernel = embree_kernel
-        nearest, blocked = (ctypes.cast(query, ctypes.c_void_p).value
-                            for query in (library.rtcIntersect1, library.rtcOccluded1))
+        self.oracle, self._kernel = Oracle(scene), embree_kernel
+        with StageProgress("embree", EXPECTED, shown=progress) as bar:
+            with bar.stage("patches"):
+                self._scene = EmbreeScene((widened(scene, WIDTH * scene.size) - scene.bounds.mean(axis=0)) / scene.size)
+            with bar.stage("compiling"):
+                self._model = self._modelled(scene)
+                self.nearest(Rays(np.empty((0, 3)), np.empty((0, 3))))
+
+    def _modelled(self, scene):
+        library, kernel = embree_library(), self._kernel
+        nearest, blocked, around = (ctypes.cast(query, ctypes.c_void_p).value for query in (
+            library.rtcIntersect1, library.rtcOccluded1, library.rtcPointQuery))
         normals = np.zeros((max(scene.surface.max(), 0) + 1, 3))
         normals[scene.surface] = scene.normals
-        self._model = embree_kernel.Model(
-            nearest=nearest, blocked=blocked, judge=embree_kernel.judge.address, scene=self._scene.address,
-            centre=centre, size=size, rise=RISE, back=BACK, slack=SLACK, least=self.oracle.nearest,
-            vertices=scene.vertices, patches=_patches(scene), normals=normals)
+        return kernel.Model(
+            nearest=nearest, blocked=blocked, around=around, judge=kernel.judge.address, find=kernel.find.address,
+            scene=self._scene.address,
+            centre=scene.bounds.mean(axis=0), size=scene.size, rise=RISE, back=BACK, slack=SLACK, reach=REACH,
+            least=self.oracle.nearest, vertices=scene.vertices, patches=_patches(scene), normals=normals)
 
     @cached_property
     def _grid(self):
         """The caster of rays that Embree leaves undecided."""
-        return shared_grid(self.oracle.scene, self.jobs)
+        from golden.cast.shared_caster import shared_caster  # which imports this module
+
+        return shared_caster(self.oracle.scene, "grid", self.jobs)
 
     def _nearest(self, rays):
         return self._cast(rays, any_hit=False)

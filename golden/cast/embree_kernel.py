@@ -8,21 +8,22 @@ from golden.cast.grid_kernel import dominant_axis, meet, position
 from golden.compiled import callback, compiled
 from golden.native import array, call, pointer, prefetch
 
-__all__ = ["UNDECIDED", "Model", "cast", "judge"]
+__all__ = ["UNDECIDED", "Model", "cast", "find", "judge"]
 
 UNDECIDED = -2
 """Number of the patch of a ray that another caster must decide."""
 
 # Rays between which and the use of what Embree found for them the processor reads the patches found.
 _BATCH = 32
-# Words of eight bytes: Embree's arguments of a query, its context, which the state of a ray follows, and the ray.
-_ARGUMENTS, _STATE, _RAY = 8, 24, 16
+# Words of eight bytes: Embree's arguments of a query, its context, which the state of a ray follows, and the ray; and a
+# point with its context.
+_ARGUMENTS, _STATE, _RAY, _POINT = 8, 24, 16, 24
 # Words of the state, whole numbers: addresses of the scene's arrays, and what the query is.
-_VERTICES, _PATCHES, _COUNT, _ANY, _SOURCE, _TARGET = 2, 3, 4, 5, 6, 7
+_VERTICES, _PATCHES, _COUNT, _ANY, _SOURCE, _TARGET, _NORMALS = 2, 3, 4, 5, 6, 7, 22
 # What the judge has found: a patch, and whether a ray passed beside one.
 _FOUND, _BESIDE = 8, 9
 # And float64: the ray, its limits, the best t, and the length of the direction where Embree's is about one.
-_ORIGIN, _DIRECTION, _LEAST, _BEST, _UNIT, _BEGIN, _SLACK = 10, 13, 16, 17, 18, 19, 20
+_ORIGIN, _DIRECTION, _LEAST, _BEST, _UNIT, _BEGIN, _SLACK, _REACH = 10, 13, 16, 17, 18, 19, 20, 21
 # Words of four bytes of Embree's ray.
 _END, _MASK, _MET, _GEOMETRY = 8, 9, 17, 18
 # What has no number, in 32 bits.
@@ -38,15 +39,15 @@ class Model(NamedTuple):
 
     Parameters
     ----------
-    nearest, blocked, judge
-        Addresses of Embree's two queries and of `judge`.
+    nearest, blocked, around, judge, find
+        Addresses of Embree's three queries, of `judge`, and of `find`.
     scene
         Address of its scene: the patches, moved by ``-centre`` and divided by ``size``, somewhat widened.
     centre, size
         3 float64 and float64.
-    rise, back, slack
-        In the scene's sizes: how far a ray starts above its source, how far behind that a hit may be, and how much
-        nearer than another hit one must be for Embree to tell.
+    rise, back, slack, reach
+        In the scene's sizes: how far a ray starts above its source, how far behind that a hit may be, how much less
+        deep than another a hit is if Embree separates them, and how near a patch is that may be at a start.
     least
         Least distance of a hit, in scene units.
     vertices
@@ -60,13 +61,16 @@ class Model(NamedTuple):
 
     nearest: int
     blocked: int
+    around: int
     judge: int
+    find: int
     scene: int
     centre: np.ndarray
     size: float
     rise: float
     back: float
     slack: float
+    reach: float
     least: float
     vertices: np.ndarray
     patches: np.ndarray
@@ -114,6 +118,23 @@ def judge(arguments):
     valid[0] = 0
 
 
+@callback
+def find(arguments):
+    """What Embree calls with each patch whose box is near a point: whether that is another one than the point's own."""
+    whole, real = pointer(arguments[1], np.int64), pointer(arguments[1], np.float64)
+    patch = np.intp(arguments[2] & 0xFFFFFFFF)
+    surface = pointer(np.uintp(whole[_PATCHES]), np.int32)[4 * patch]
+    if surface != whole[_SOURCE] and surface != whole[_TARGET]:
+        corner = pointer(np.uintp(whole[_VERTICES]), np.float64)
+        normal = pointer(np.uintp(whole[_NORMALS]), np.float64)
+        height = 0.0
+        for axis in range(3):
+            height += normal[3 * surface + axis] * (real[_ORIGIN + axis] - corner[12 * patch + axis])
+        if abs(height) < real[_REACH]:
+            whole[_BESIDE] = 1
+    return False
+
+
 @compiled
 def cast(model, any_hit, origin, direction, source, target, tmax, patch_of, t_of, u_of, v_of):
     """Cast R rays.
@@ -130,7 +151,7 @@ def cast(model, any_hit, origin, direction, source, target, tmax, patch_of, t_of
         The hits, see `golden.cast.rays.Hits`, which are written; `UNDECIDED` for the patch of a ray that passes beside
         one of which it has no hit.
     """
-    memory = np.zeros(_ARGUMENTS + _STATE + _RAY + 8, dtype=np.int64)
+    memory = np.zeros(_ARGUMENTS + _STATE + _RAY + _POINT + 8, dtype=np.int64)
     # As the lines of a cache.
     arguments = memory[(-memory.ctypes.data) % 64 // 8:]
     whole = arguments[_ARGUMENTS:_ARGUMENTS + _STATE]
@@ -139,6 +160,7 @@ def cast(model, any_hit, origin, direction, source, target, tmax, patch_of, t_of
     whole[0] = -1
     whole[_VERTICES], whole[_PATCHES] = model.vertices.ctypes.data, model.patches.ctypes.data
     whole[_COUNT], whole[_ANY], whole.view(np.float64)[_SLACK] = len(model.vertices), any_hit, model.slack
+    whole[_NORMALS], whole.view(np.float64)[_REACH] = model.normals.ctypes.data, model.reach * model.size
     rows = np.empty(_BATCH, dtype=np.int64)
     for begin in range(0, len(origin), _BATCH):
         count = min(_BATCH, len(origin) - begin)
@@ -161,6 +183,7 @@ def _query(model, any_hit, judged, rows, origin, direction, source, target, tmax
     bits, at = ray.view(np.uint32), arguments.ctypes.data
     query, share = model.blocked if any_hit else model.nearest, 1 / model.size
     cx, cy, cz = model.centre[0], model.centre[1], model.centre[2]
+    at_patch, last = False, -1
     for row in rows:
         ox, oy, oz = origin[row, 0], origin[row, 1], origin[row, 2]
         dx, dy, dz = direction[row, 0], direction[row, 1], direction[row, 2]
@@ -170,6 +193,23 @@ def _query(model, any_hit, judged, rows, origin, direction, source, target, tmax
             real[_DIRECTION], real[_DIRECTION + 1], real[_DIRECTION + 2] = dx, dy, dz
             real[_LEAST], real[_BEST] = model.least / np.sqrt(dx * dx + dy * dy + dz * dz), tmax[row]
             whole[_SOURCE], whole[_TARGET], whole[_FOUND], whole[_BESIDE] = source[row], target[row], -1, 0
+        # Rays of one start are looked after together.
+        if last < 0 or not _same(origin, last, row) or source[last] != source[row]:
+            at_patch = False
+            if row + 1 < len(origin) and _same(origin, row, row + 1):
+                real[_ORIGIN], real[_ORIGIN + 1], real[_ORIGIN + 2] = ox, oy, oz
+                whole[_SOURCE], whole[_TARGET], whole[_BESIDE] = source[row], target[row], 0
+                point = arguments[_ARGUMENTS + _STATE + _RAY:].view(np.float32)
+                point[0], point[1], point[2], point[3] = (ox - cx) * share, (oy - cy) * share, (oz - cz) * share, 0
+                point[4] = 2 * model.reach
+                # No instances.
+                context = arguments[_ARGUMENTS + _STATE + _RAY + 4:].view(np.uint32)
+                context[32], context[33], context[34], context[35] = _NONE, 0, 0, 0
+                call(model.around, (np.uintp(model.scene), point.ctypes.data, context.ctypes.data,
+                                    np.uintp(model.find), whole.ctypes.data))
+                at_patch = whole[_BESIDE] != 0
+                whole[_BESIDE] = 0
+        last = row
         inverse = 1 / largest
         dx, dy, dz = dx * inverse, dy * inverse, dz * inverse
         px, py, pz = (ox - cx) * share, (oy - cy) * share, (oz - cz) * share
@@ -188,9 +228,9 @@ def _query(model, any_hit, judged, rows, origin, direction, source, target, tmax
         bits[_MASK], bits[10], bits[11], bits[_GEOMETRY], bits[19], bits[20] = _NONE, 0, 0, _NONE, _NONE, _NONE
         if judged:
             real[_UNIT], real[_BEGIN] = unit, begin
-        patch = -1
-        if ray[_END] > 0 and max(abs(px), abs(py), abs(pz)) < 4:
-            call(query, model.scene, ray.ctypes.data, at)
+        patch = UNDECIDED if at_patch else -1
+        if not at_patch and ray[_END] > 0 and max(abs(px), abs(py), abs(pz)) < 4:
+            call(query, (np.uintp(model.scene), ray.ctypes.data, at))
             if judged:
                 patch = whole[_FOUND]
                 if whole[_BESIDE] != 0 and (patch < 0 or not any_hit):
@@ -203,6 +243,13 @@ def _query(model, any_hit, judged, rows, origin, direction, source, target, tmax
             prefetch(line)
             prefetch(line + np.uintp(95))
             prefetch(model.patches.ctypes.data + np.uintp(16 * patch))
+
+
+@compiled
+def _same(origin, one, other):
+    """Whether two rays start at one point."""
+    return (origin[one, 0] == origin[other, 0] and origin[one, 1] == origin[other, 1]
+            and origin[one, 2] == origin[other, 2])
 
 
 @compiled

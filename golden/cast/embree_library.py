@@ -25,6 +25,7 @@ _FUNCTIONS = {
     "rtcReleaseScene": (None, [_ADDRESS]),
     "rtcIntersect1": (None, [_ADDRESS] * 3),
     "rtcOccluded1": (None, [_ADDRESS] * 3),
+    "rtcPointQuery": (ctypes.c_bool, [_ADDRESS] * 5),
     "rtcIntersect16": (None, [_ADDRESS] * 4),
     "rtcOccluded16": (None, [_ADDRESS] * 4),
 }

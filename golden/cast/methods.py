@@ -4,7 +4,7 @@ from golden.cast.embree import Embree
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.ray_caster import RayCaster
-from golden.cast.shared_grid import shared_grid
+from golden.cast.shared_caster import SHARED, shared_caster
 from golden.processors import threads_of
 from golden.scene.scene import Scene
 
@@ -53,13 +53,9 @@ def ray_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: in
         The number of threads is out of range, whether the method has threads or not.
     """
     threads_of(jobs)
-    if method == "embree":
-        return Embree(scene, jobs=jobs)
-    if method != "grid":
-        return RAY_METHODS[method](scene)
-    if cell is None:
-        return shared_grid(scene, jobs, progress)
-    return Grid(scene, cell, jobs=jobs, progress=progress)
+    if method == "grid" and cell is not None:
+        return Grid(scene, cell, jobs=jobs, progress=progress)
+    return shared_caster(scene, method, jobs, progress) if method in SHARED else RAY_METHODS[method](scene)
 
 
 def frustum_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: int | None = None,

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 import click
 from click.core import ParameterSource
 
-__all__ = ["CastOutcome", "CastingMethod", "add_options", "method_option", "options_of"]
+from golden.commands.console import console
+
+__all__ = ["CastOutcome", "CastingMethod", "add_options", "method_of", "method_option", "options_of"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,10 +112,35 @@ def add_options(decorators) -> Callable:
     return decorate
 
 
-def method_option(names: tuple[str, ...], methods: tuple[CastingMethod, ...], *, default: str, about: str) -> Callable:
-    """The option ``--method``."""
+def method_option(names: tuple[str, ...], methods: tuple[CastingMethod, ...], *, default: str | None,
+                  about: str) -> Callable:
+    """The option ``--method``; without a default see `method_of`."""
+    unless = [] if default else [" [default: embree where it is installed, else grid]"]
     return click.option("--method", type=click.Choice([*names, *(method.name for method in methods)]), default=default,
-                        help=" ".join([about, *(method.about for method in methods)]))
+                        help=" ".join([about, *(method.about for method in methods), *unless]))
+
+
+def method_of(given: str | None, *, counts_cells: bool) -> str:
+    """The method that an option names, or the default one; a line says so if Embree is not installed.
+
+    Parameters
+    ----------
+    given
+        What the option names, or None.
+    counts_cells
+        Whether another option concerns the cells, which grid alone has.
+    """
+    if given is not None:
+        return given
+    if counts_cells:
+        return "grid"
+    from golden.cast.shared_caster import default_method
+
+    method = default_method()
+    if method == "grid":
+        console().announce("grid casts, at a fraction of Embree's speed: `pip install radiosity-engine[embree]` "
+                           "installs Embree")
+    return method
 
 
 def options_of(methods: tuple[CastingMethod, ...], chosen: str, given: dict, *,

@@ -5,7 +5,7 @@ from contextlib import nullcontext
 import click
 from click.core import ParameterSource
 
-from golden.commands.casting_method import CastingMethod, add_options, method_option, options_of
+from golden.commands.casting_method import CastingMethod, add_options, method_of, method_option, options_of
 from golden.commands.choices import FRUSTUM_METHODS, LENGTH_UNITS, RAY_METHODS, SKY_DIVISIONS
 from golden.commands.command_line import Task
 from golden.commands.console import console
@@ -54,7 +54,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "are written in m2.")
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
-    @method_option(FRUSTUM_METHODS, methods, default="grid", about="Choose how rays are cast.")
+    @method_option(FRUSTUM_METHODS, methods, default=None, about="Choose how rays are cast.")
     @METHOD_CELL
     @click.option("--jobs", type=int, help="Set the number of threads that cast; view factors do not depend on it.  "
                   "[default: one per usable processor]")
@@ -71,6 +71,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         1e-9. With --rays, or a method that casts no single rays, F is what plain hemispheres met, and row_sums are
         integers in units of 2^-weight_bits.
         """
+        method = method_of(method, counts_cells=cell is not None)
         chosen, options = options_of(methods, method, given)
         plain = method not in RAY_METHODS or rays is not None or samples is not None
         _check_options(plain, method, project, time_limit, resume)

@@ -4,7 +4,7 @@ from contextlib import nullcontext
 
 import click
 
-from golden.commands.casting_method import CastingMethod, add_options, method_option, options_of
+from golden.commands.casting_method import CastingMethod, add_options, method_of, method_option, options_of
 from golden.commands.choices import CURVES, FIXED_METHODS, FRUSTUM_METHODS, SOLVERS
 from golden.commands.command_line import Task
 from golden.commands.console import console
@@ -37,7 +37,7 @@ _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--
           "sensor_table": "--sensor-table", "decades": "--decades", **DAYLIGHT_NAMED}
 
 
-def render_command(*methods: CastingMethod, method: str = "grid", quality: str = "normal",
+def render_command(*methods: CastingMethod, method: str | None = None, quality: str = "normal",
                    size: str = "512x512") -> click.Command:
     """The command, with methods that another package adds, and defaults of some options."""
     @click.command("render", cls=Task, named=_NAMED, short_help="Make an image of SCENE.", epilog=SCENE_HELP)
@@ -89,11 +89,12 @@ def render_command(*methods: CastingMethod, method: str = "grid", quality: str =
     @click.option("--bits", type=click.Choice(["8", "16"]), default="8", help="Set the bits of each channel of a .png.")
     @click.option("--stats", type=FILE, help="Write counts and seconds to this .json.")
     @click.option("--heatmap", type=FILE, metavar="PREFIX", help="Write the tests and the cell steps of each pixel to "
-                  "PREFIX-tests.png and PREFIX-steps.png.")
+                  "PREFIX-tests.png and PREFIX-steps.png; grid casts unless --method names another one.")
     @add_options(PHOTOMETRIC)
     def render_image(scene, output, size, samples, light_samples, depth, rays, solver, elements, max_edge, max_area,
                      method, cell, jobs, workers, seed, stats, heatmap, **given):
         """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
+        method = method_of(method, counts_cells=cell is not None or heatmap is not None)
         chosen, options = options_of(methods, method, given)
         daylight = daylight_of(given)
         pool = worker_pool(workers, method, chosen, cell=cell)

@@ -11,7 +11,7 @@ import numpy as np
 
 from golden.cast.methods import FIXED_METHODS, FRUSTUM_METHODS, RAY_METHODS, frustum_caster
 from golden.cast.rays import Hits, Rays
-from golden.cast.shared_grid import shared_grid
+from golden.cast.shared_caster import default_method, shared_caster
 from golden.compiled import compiled
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen
@@ -79,7 +79,8 @@ class RenderSettings:
     solver
         A name of `golden.light.solvers.SOLVERS`.
     method
-        A name of `FRUSTUM_METHODS`: how hemispheres and primary rays are cast. Other rays are cast by the same method
+        A name of `FRUSTUM_METHODS`: how hemispheres and primary rays are cast. Default: grid with a ``cell``, else the
+        `golden.cast.shared_caster.default_method`. Other rays are cast by the same method
         if it can, else by ``grid``.
     cell
         Cell size of ``method``, as a share of the scene's longest side, 1/256 to 1. Default: the method's own.
@@ -104,7 +105,7 @@ class RenderSettings:
     max_edge: float | None = None
     max_area: float | None = None
     solver: str = "conjugate-gradient"
-    method: str = "grid"
+    method: str | None = None
     cell: float | None = None
     seed: int = 0
     jobs: int | None = None
@@ -123,6 +124,8 @@ class RenderSettings:
                              f"ones are {self.side**2} and {(self.side + 1)**2}", parameter="samples")
         if self.width * self.height > 2**26:
             raise InputError(f"Size must be at most {2**26} pixels, not {self.width} x {self.height}", parameter="size")
+        if self.method is None:
+            object.__setattr__(self, "method", default_method() if self.cell is None else "grid")
         for name, choices in (("solver", SOLVERS), ("method", FRUSTUM_METHODS)):
             if getattr(self, name) not in choices:
                 known = ", ".join(choices)
@@ -256,15 +259,16 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
         raise InputError(f"scene {scene.name!r}: it has no light: no material emits, and it has no point light and "
                          f"no background")
     tally = Tally()
-    in_spans = settings.method == "grid" and frusta is None
+    in_spans = settings.method in RAY_METHODS and frusta is None
     with tally.stage("cells"):
         frusta = frusta or frustum_caster(scene, settings.method, cell=settings.cell, jobs=settings.jobs,
                                           progress=progress)
-        caster = frusta if settings.method in RAY_METHODS else shared_grid(scene, settings.jobs, progress)
+        caster = frusta if settings.method in RAY_METHODS else shared_caster(
+            scene, "grid", settings.jobs, progress)
     if workers:
         spread = tally.over(workers.spread(scene, frusta=frusta, rays=caster))
     else:
-        # Threads share the grid, which no cast changes.
+        # Threads share the caster, which no cast changes.
         spread = in_threads(caster.jobs) if in_spans else in_turn
     with tally.stage("elements"):
         refinement = _refinement(scene, settings, caster)

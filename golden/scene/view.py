@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.cast.rays import Rays
-from golden.cast.shared_grid import shared_grid
+from golden.cast.shared_caster import shared_caster
 from golden.scene.camera import Camera
 from golden.scene.scene import Scene
 
@@ -140,11 +140,11 @@ def default_camera(scene: Scene, caster=None) -> Camera:
     Parameters
     ----------
     caster
-        A caster of the scene (``nearest``). Default: the shared grid.
+        A caster of the scene (``nearest``). Default: that of the default method.
     """
     if scene.camera is not None:
         return scene.camera
-    caster = caster or shared_grid(scene)
+    caster = caster or shared_caster(scene)
     room = _room(scene, caster)
     if room is None:
         return _from_outside(scene)

@@ -47,7 +47,7 @@ class Proof:
     @classmethod
     def of_this_process(cls, method: str) -> "Proof":
         """The proof of this process, which computes it once."""
-        return cls(method=method, sources=source_digest(), versions=_versions(), canary=_canary(method))
+        return cls(method=method, sources=source_digest(), versions=_versions(method), canary=_canary(method))
 
     def check(self) -> None:
         """Compare with the process in which it is called, a worker.
@@ -61,7 +61,7 @@ class Proof:
         if source_digest() != self.sources:
             raise InputError(f"{worker}: it has other sources of this package; their digest must be "
                              f"{self.sources[:12]}, not {source_digest()[:12]}")
-        for (package, needed), (_, found) in zip(self.versions, _versions(), strict=True):
+        for (package, needed), (_, found) in zip(self.versions, _versions(self.method), strict=True):
             if found != needed:
                 raise InputError(f"{worker}: {package} must be {needed}, not {found}")
         canary = _canary(self.method)
@@ -71,8 +71,8 @@ class Proof:
 
 
 @cache
-def _versions():
-    return tuple((package, _version(package)) for package in _PACKAGES)
+def _versions(method):
+    return tuple((package, _version(package)) for package in (*_PACKAGES, *(["embreex"] if method == "embree" else [])))
 
 
 def _version(package):

@@ -4,7 +4,7 @@ import threading
 from functools import lru_cache
 
 from golden.cast.methods import RAY_METHODS, frustum_caster
-from golden.cast.shared_grid import shared_grid
+from golden.cast.shared_caster import shared_caster
 from golden.scene.scene import Scene
 from golden.workers.parcel import Parcel
 from golden.workers.proof import Proof
@@ -49,4 +49,4 @@ def run_span(proof: Proof, cell: float | None, scene: Parcel, work: Parcel, firs
 def _known(method, cell, scene):
     opened = scene.open({})
     frusta = frustum_caster(opened, method, cell=cell, jobs=1)
-    return known_objects(opened, frusta, frusta if method in RAY_METHODS else shared_grid(opened, 1))
+    return known_objects(opened, frusta, frusta if method in RAY_METHODS else shared_caster(opened, "grid", 1))

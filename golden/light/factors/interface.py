@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from golden.cast.methods import RAY_METHODS, ray_caster
+from golden.cast.shared_caster import default_method
 from golden.errors import InputError
 from golden.light.factors.added_rays import add_rays
 from golden.light.factors.compute import compute_view_factors
@@ -16,9 +17,9 @@ __all__ = ["view_factors"]
 
 
 def view_factors(geometry, *, names=None, two_sided: bool = False, error: float = 1e-3,
-                 sky_error: float | None = None, sky_patches: str | None = None, seed: int = 0, method: str = "grid",
-                 unit: str = "m", jobs: int | None = None, progress: bool = False, more: ViewFactors | None = None,
-                 cancel: Callable[[], bool] | None = None) -> ViewFactors:
+                 sky_error: float | None = None, sky_patches: str | None = None, seed: int = 0,
+                 method: str | None = None, unit: str = "m", jobs: int | None = None, progress: bool = False,
+                 more: ViewFactors | None = None, cancel: Callable[[], bool] | None = None) -> ViewFactors:
     """View factors between facets, with occlusion.
 
     >>> from golden import view_factors
@@ -46,11 +47,11 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     seed
         Of the random numbers, at least 0.
     method
-        How rays are cast: grid, naive or embree.
+        How rays are cast: embree, grid or naive. Default: embree where it is installed, else grid.
     unit
         Of length: m, mm, cm, km, in or ft. Areas are in m2.
     jobs
-        Threads of the method grid, 1 to 256; the factors do not depend on it. Default: one per processor that this
+        Threads, 1 to 256; the factors do not depend on it. Default: one per processor that this
         process may use.
     progress
         Shows a progress bar after two seconds.
@@ -76,6 +77,7 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
         Facets overlap in one plane.
     """
     scene = geometry_scene(geometry, names=names, two_sided=two_sided)
+    method = method or default_method()
     if method not in RAY_METHODS:
         raise InputError(f"view factors: Method must be {' or '.join(RAY_METHODS)}, not {method!r}",
                          parameter="method")

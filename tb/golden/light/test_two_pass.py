@@ -473,8 +473,9 @@ def test_a_scene_without_light_is_refused():
                                 "no background")
 
 
-@pytest.mark.parametrize(("method", "expected"), [("grid", [3]), ("naive", []), ("shelling", [])])
-def test_threads_share_the_work_of_the_grid_alone(monkeypatch, method, expected):
+@pytest.mark.parametrize(("method", "expected"), [
+    ("grid", [3]), ("embree", [3]), ("naive", [1]), ("shelling", [])])
+def test_threads_share_the_work_of_casters_with_threads(monkeypatch, method, expected):
     thread_counts = []
     monkeypatch.setattr(two_pass, "in_threads", lambda jobs: thread_counts.append(jobs) or in_turn)
     picture(furnace(1), jobs=3, method=method)

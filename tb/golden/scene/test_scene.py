@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from golden.cast.shared_grid import shared_grid
+from golden.cast.shared_caster import shared_caster
 from golden.scene.scene import Scene
 from tb.golden.light.cube import cube
 
@@ -37,6 +37,6 @@ def test_what_follows_from_a_scene_is_not_sent_with_it():
     scene = cube(1)
     plain = pickle.dumps(scene)
     assert scene.areas.sum() > 0
-    shared_grid(scene)
+    shared_caster(scene, "grid")
     assert pickle.dumps(scene) == plain
     assert vars(pickle.loads(plain)).keys() == {one.name for one in fields(Scene)}

@@ -4,34 +4,36 @@ import weakref
 import numpy as np
 import pytest
 
-from golden.cast import shared_grid as module
-from golden.cast.grid import Grid
 from golden.cast.methods import FRUSTUM_METHODS, RAY_METHODS, frustum_caster, ray_caster
-from golden.cast.shared_grid import shared_grid
+from golden.cast.shared_caster import SHARED, shared_caster
 from golden.errors import InputError
 from golden.scene.view import default_camera
 from tb.golden.light.cube import cube
 
 
-def test_a_scene_has_one_grid_whoever_casts_and_by_how_many_threads(monkeypatch):
+@pytest.mark.parametrize("method", SHARED)
+def test_a_scene_has_one_caster_whoever_casts_and_by_how_many_threads(monkeypatch, method):
     made = []
-    monkeypatch.setattr(module, "Grid", lambda *given, **more: made.append(Grid(*given, **more)) or made[-1])
+    make = SHARED[method]
+    monkeypatch.setitem(SHARED, method, lambda *given, **more: made.append(make(*given, **more)) or made[-1])
     scenes = cube(2), cube(1)
     for scene in scenes * 2:
         assert scene.camera is None
         default_camera(scene)
-        casters = [ray_caster(scene, "grid", jobs=1), frustum_caster(scene, "grid", jobs=3), shared_grid(scene)]
+        casters = [ray_caster(scene, method, jobs=1), frustum_caster(scene, method, jobs=3),
+                   shared_caster(scene, method)]
         assert [caster.jobs for caster in casters[:2]] == [1, 3]
-        assert len({id(caster.cells) for caster in casters}) == 1
+        assert len({id(caster.oracle) for caster in casters}) == 1
     assert len(made) == len(scenes)
 
 
-def test_a_grid_lives_no_longer_than_its_scene():
+@pytest.mark.parametrize("method", SHARED)
+def test_a_caster_lives_no_longer_than_its_scene(method):
     scene = cube(1)
-    grid, scene_ = weakref.ref(shared_grid(scene)), weakref.ref(scene)
+    caster, scene_ = weakref.ref(shared_caster(scene, method)), weakref.ref(scene)
     del scene
     gc.collect()
-    assert (grid(), scene_()) == (None, None)
+    assert (caster(), scene_()) == (None, None)
 
 
 @pytest.mark.parametrize("method", FRUSTUM_METHODS)
@@ -44,4 +46,4 @@ def test_threads_are_a_number_for_every_method(method):
 
 
 def test_numpy_s_numbers_are_numbers():
-    assert shared_grid(cube(1), np.int64(2)).jobs == 2
+    assert shared_caster(cube(1), "grid", np.int64(2)).jobs == 2
