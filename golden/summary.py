@@ -14,10 +14,14 @@ def summary(stats: dict) -> str:
              f"{settings['solver']}: {counted(solver['steps'], 'step')}{converged}",
              "",
              f"{'rays':12} {'count':>12} {'hit':>7} {'tests/ray':>10} {'steps/ray':>10}"]
+    # Embree says nothing about the work of a ray.
+    shows_work = settings["method"] != "embree"
+    if not shows_work:
+        lines[-1] = lines[-1][:33].rstrip()
     for kind, counts in {**stats["rays"], "total": stats["total"]}.items():
         rays = max(1, counts["rays"])
-        lines.append(f"{kind:12} {counts['rays']:12,} {counts['hits'] / rays:7.1%} {counts['tests'] / rays:10.2f} "
-                     f"{counts['steps'] / rays:10.2f}")
+        work = f" {counts['tests'] / rays:10.2f} {counts['steps'] / rays:10.2f}" if shows_work else ""
+        lines.append(f"{kind:12} {counts['rays']:12,} {counts['hits'] / rays:7.1%}{work}")
     lines += ["", f"{'seconds':24} {sum(stats['seconds'].values()):8.2f}"]
     lines += [f"  {stage:22} {seconds:8.2f}" for stage, seconds in stats["seconds"].items()]
     lines += [f"not computed: {what}" for what in stats["not_computed"]]

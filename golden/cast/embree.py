@@ -90,7 +90,7 @@ class Embree(RayCaster):
             nearest=nearest, blocked=blocked, around=around, judge=kernel.judge.address, find=kernel.find.address,
             scene=self._scene.address,
             centre=scene.bounds.mean(axis=0), size=scene.size, rise=RISE, back=BACK, slack=SLACK, reach=REACH,
-            least=self.oracle.nearest, vertices=scene.vertices, patches=_patches(scene), normals=normals)
+            least=self.oracle.nearest, vertices=scene.vertices, patches=_fields(scene), normals=normals)
 
     @cached_property
     def _grid(self):
@@ -106,17 +106,28 @@ class Embree(RayCaster):
         """Some hit of each ray before its ``tmax``."""
         return self._cast(rays, any_hit=True)
 
-    def _cast(self, rays, *, any_hit):
+    def blocked(self, rays: Rays) -> np.ndarray:
+        """Whether each ray hits anything before its ``tmax``, R bool."""
+        patch, rows = self._patches(rays, True, *np.empty((3, 0)))
+        patch[rows] = self._grid.any_hit(rays[rows]).patch if len(rows) else -1
+        return patch >= 0
+
+    def _patches(self, rays, any_hit, t, u, v):
+        """The patch that each ray hits, and the rows of the rays that are undecided."""
         self.oracle.check(rays)
-        count = len(rays)
-        patch, t, u, v = np.empty(count, dtype=np.int32), *np.empty((3, count))
+        patch = np.empty(len(rays), dtype=np.int32)
 
         def part(rows):
             self._kernel.cast(self._model, any_hit, rays.origin[rows], rays.direction[rows], rays.source[rows],
                               rays.target[rows], rays.tmax[rows], patch[rows], t[rows], u[rows], v[rows])
 
-        self._in_threads(part, count, least=FEWEST, shares=SHARES * self.jobs)
-        rows = np.flatnonzero(patch == self._kernel.UNDECIDED)
+        self._in_threads(part, len(rays), least=FEWEST, shares=SHARES * self.jobs)
+        return patch, np.flatnonzero(patch == self._kernel.UNDECIDED)
+
+    def _cast(self, rays, *, any_hit):
+        count = len(rays)
+        t, u, v = np.empty((3, count))
+        patch, rows = self._patches(rays, any_hit, t, u, v)
         if len(rows):
             hits = self._grid.any_hit(rays[rows]) if any_hit else self._grid.nearest(rays[rows])
             patch[rows], t[rows], u[rows], v[rows] = hits.patch, hits.t, hits.u, hits.v
@@ -124,7 +135,7 @@ class Embree(RayCaster):
         return Hits(patch=patch, t=t, u=u, v=v, tests=unknown, steps=unknown)
 
 
-def _patches(scene):
+def _fields(scene):
     """See `golden.cast.embree_kernel.Model`."""
     a, b, c = (scene.vertices[:, corner] - scene.vertices[:, 0] for corner in (1, 2, 3))
     normal = np.maximum(*(np.linalg.norm(np.cross(one, other), axis=1) for one, other in ((a, b), (b, c))))

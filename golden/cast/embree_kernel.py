@@ -149,7 +149,7 @@ def cast(model, any_hit, origin, direction, source, target, tmax, patch_of, t_of
         The rays, see `golden.cast.rays.Rays`.
     patch_of, t_of, u_of, v_of
         The hits, see `golden.cast.rays.Hits`, which are written; `UNDECIDED` for the patch of a ray that passes beside
-        one of which it has no hit.
+        one of which it has no hit. With ``any_hit`` the others may be empty.
     """
     memory = np.zeros(_ARGUMENTS + _STATE + _RAY + _POINT + 8, dtype=np.int64)
     # As the lines of a cache.
@@ -170,6 +170,9 @@ def cast(model, any_hit, origin, direction, source, target, tmax, patch_of, t_of
         while count > 0:
             arguments[0] = _WITH_FILTER if judged else _WITHOUT
             _query(model, any_hit, judged, rows[:count], origin, direction, source, target, tmax, arguments, patch_of)
+            # Nobody needs to know where an obstacle is.
+            if len(t_of) == 0:
+                break
             count = _locate(model, judged, rows[:count], origin, direction, source, target, tmax, patch_of, t_of, u_of,
                             v_of)
             judged = True

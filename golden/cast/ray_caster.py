@@ -93,6 +93,10 @@ class RayCaster(RayFrusta):
     def any_hit(self, rays: Rays) -> Hits:
         """Some hit of each ray before its ``tmax``."""
 
+    def blocked(self, rays: Rays) -> np.ndarray:
+        """Whether each ray hits anything before its ``tmax``, R bool."""
+        return self.any_hit(rays).patch >= 0
+
     def occluded(self, origins: np.ndarray, targets: np.ndarray, skip: np.ndarray) -> np.ndarray:
         """Whether a patch is between two points, for R pairs of them.
 
@@ -128,4 +132,4 @@ class RayCaster(RayFrusta):
             return blocked
         x, y, z = along.T
         tmax = np.maximum(1 - self.least / np.sqrt(x * x + y * y + z * z), 0)
-        return self.any_hit(Rays(origins, along, source=skip[:, 0], tmax=tmax, target=skip[:, 1])).patch >= 0
+        return self.blocked(Rays(origins, along, source=skip[:, 0], tmax=tmax, target=skip[:, 1]))

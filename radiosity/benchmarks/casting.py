@@ -1,8 +1,9 @@
-"""Rays per second of the casting methods beside Embree, one thread each.
+"""Rays per second of the casting methods beside Embree's own interface, per second of processor time.
 
 ``radiosity bench casting -o out/bench/casting.md`` casts the primary rays of each scene's camera (512 x 512) and
-diffuse rays (from random hit points of the primary ones, distributed by the cosine) with ``grid``, ``naive`` and Embree
-through embreex, checks that they agree, and writes a table.
+diffuse rays (from random hit points of the primary ones, distributed by the cosine), these for any hit as well, with
+``grid``, ``naive`` and ``embree``, with Embree's own interface in single precision and with the binding embreex. It
+checks that the first three agree, and writes a table.
 """
 
 import time
@@ -11,6 +12,7 @@ from pathlib import Path
 import click
 import numpy as np
 
+from golden.cast.bare_embree import BareEmbree
 from golden.cast.grid import Grid
 from golden.cast.methods import ray_caster
 from golden.cast.naive import Naive
@@ -56,27 +58,50 @@ def rate(cast, rays: Rays) -> tuple[float, object]:
     return len(rays) / best, result
 
 
+def binding(scene):
+    """A function from rays to the patches that Embree meets first, by the binding embreex."""
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    corners = (scene.vertices - scene.bounds[0]) / scene.size
+    triangles = np.concatenate([corners[:, :3], corners[~scene.is_triangle][:, [0, 2, 3]]])
+    held = EmbreeScene()
+    mesh = TriangleMesh(held, triangles.reshape(-1, 3).astype(np.float32),
+                        np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
+
+    def cast(rays):
+        assert mesh is not None  # the scene does not hold it
+        origin = ((rays.origin - scene.bounds[0]) / scene.size).astype(np.float32)
+        return held.run(origin, rays.direction.astype(np.float32))
+
+    return cast
+
+
 def measure(name: str) -> list[str]:
     """Table rows of a scene."""
     scene = open_scene(name)
-    begin = time.process_time()
-    grid = Grid(scene, jobs=1)
-    building = time.process_time() - begin
-    naive, embree = Naive(scene), ray_caster(scene, "embree")
-    rows = []
-    first = primary_rays(scene)
-    for kind, rays in (("primary", first), ("diffuse", diffuse_rays(scene, grid, first))):
+    grid, naive = Grid(scene, jobs=1), Naive(scene)
+    one, two = (ray_caster(scene, "embree", jobs=jobs) for jobs in (1, 2))
+    bare, bound = BareEmbree(scene), binding(scene)
+    rows, first = [], primary_rays(scene)
+    diffuse = diffuse_rays(scene, grid, first)
+    for kind, rays, any_hit in (("primary", first, False), ("diffuse", diffuse, False), ("any hit", diffuse, True)):
         few = rays[np.linspace(0, len(rays) - 1, max(1, NAIVE_TESTS // len(scene)), dtype=int)[:len(rays)]]
-        grid_rate, hits = rate(grid.nearest, rays)
+        grid_rate, hits = rate(grid.any_hit if any_hit else grid.nearest, rays)
+        one_rate, found = rate(one.blocked if any_hit else one.nearest, rays)
+        two_rate, _ = rate(two.blocked if any_hit else two.nearest, rays)
+        prepared = bare.prepared(rays)
+        bare_rate, _ = rate(lambda rays, prepared=prepared, any_hit=any_hit: bare.cast(*prepared, any_hit=any_hit),
+                            rays)
+        bound_rate = "" if any_hit else f"{rate(bound, rays)[0] / 1e6:.2f}"
         naive_rate, judged = rate(naive.nearest, few)
-        embree_rate, _ = rate(embree.nearest_patches, rays)
-        if not np.array_equal(judged.patch, grid.nearest(few).patch):
+        if not np.array_equal(judged.patch >= 0, (grid.any_hit if any_hit else grid.nearest)(few).patch >= 0):
             raise SystemExit(f"error: {name}: grid and naive disagree")
-        cells = " x ".join(str(count) for count in grid.cells.shape)
-        rows.append(f"| {name} | {len(scene)} | {kind} | {len(rays)} | {cells} | {building:.2f} "
-                    f"| {hits.tests.mean():.2f} | {hits.steps.mean():.2f} | {grid_rate / 1e6:.3f} "
-                    f"| {naive_rate / 1e6:.5f} | {embree_rate / 1e6:.2f} | {grid_rate / naive_rate:.0f} "
-                    f"| {embree_rate / grid_rate:.1f} |")
+        differ = np.count_nonzero(found != (hits.patch >= 0) if any_hit else found.patch != hits.patch)
+        rows.append(f"| {name} | {len(scene)} | {kind} | {len(rays)} | {hits.tests.mean():.2f} "
+                    f"| {hits.steps.mean():.2f} | {naive_rate / 1e6:.5f} | {grid_rate / 1e6:.2f} "
+                    f"| {one_rate / 1e6:.2f} | {two_rate / 1e6:.2f} "
+                    f"| {bare_rate / 1e6:.2f} | {bound_rate} | {one_rate / bare_rate:.2f} | {differ} |")
     return rows
 
 
@@ -84,18 +109,19 @@ def measure(name: str) -> list[str]:
 @click.argument("scenes", nargs=-1)
 @output_option("casting")
 def main(scenes: tuple[str, ...], output: Path) -> None:
-    """Compare the casting methods with Embree; SCENES default to seven built-in ones."""
+    """Compare the casting methods with Embree; SCENES default to eight built-in ones."""
     lines = [
-        "# Casting: million rays per second of one processor core",
+        "# Casting: million rays per second of processor time",
         "",
-        f"{provenance('numpy', 'embreex')}; seed {SEED}, {SIDE} x {SIDE} rays, best of {REPEATS} runs, "
-        "processor time.",
+        f"{provenance('numpy', 'embreex')}; seed {SEED}, {SIDE} x {SIDE} rays, best of {REPEATS} runs. "
+        "Bare: Embree's own interface, single precision, first patch alone. Differ: rays with another hit by embree "
+        "than by grid.",
         "",
-        "| scene | patches | rays | count | cells | build s | tests/ray | steps/ray | grid | naive | Embree "
-        "| grid : naive | Embree : grid |",
-        "|---" * 13 + "|",
+        "| scene | patches | rays | count | tests/ray | steps/ray | naive | grid | embree | 2 threads | bare | binding "
+        "| embree : bare | differ |",
+        "|---" * 14 + "|",
     ]
-    for name in scenes or ("cornell", "lobby", "room1627", "cubes", "man", "phone", "tetra"):
+    for name in scenes or ("cornell", "lobby", "room1627", "cubes", "man", "tetra", "balls:3", "city"):
         rows = measure(name)
         lines += rows
         console().note("\n".join(rows))

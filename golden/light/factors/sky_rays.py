@@ -112,8 +112,7 @@ class SkyRays:
             side = own[entry]
             row = self._row[side]
             origin, direction = hemisphere_rays(self._sides, row, self._use[side], number)
-            hits = self._caster.any_hit(Rays(origin, direction, source=self._sides.surface[row]))
-            free = np.flatnonzero(hits.patch < 0)
+            free = np.flatnonzero(~self._caster.blocked(Rays(origin, direction, source=self._sides.surface[row])))
             self.add(side[free], number[free], direction[free])
 
     @staticmethod

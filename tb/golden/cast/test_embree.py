@@ -45,6 +45,7 @@ def test_rays_from_surfaces_and_segments_between_them_have_the_hits_of_the_grid(
     assert_same(embree.nearest(rays), grid.nearest(rays))
     segments = origin, target, scene.surface[patch]
     np.testing.assert_array_equal(embree.occluded(*segments), grid.occluded(*segments))
+    np.testing.assert_array_equal(embree.blocked(rays), grid.blocked(rays))
     some = embree.any_hit(rays)
     met = some.patch >= 0
     np.testing.assert_array_equal(met, grid.nearest(rays).patch >= 0)
