@@ -15,6 +15,7 @@ import hw.board.ulx3s
 import hw.cli
 import radiosity.cli
 from golden.cast import methods
+from golden.cast.shared_caster import default_method
 from golden.commands import choices
 from golden.config import PRESETS
 from golden.light.factors.sky_division import SKY_DIVISIONS
@@ -202,8 +203,10 @@ def test_defaults_are_those_of_the_renderer():
     defaults = {parameter.name: parameter.default for parameter in radiosity.cli.main.commands["render"].params}
     settings = RenderSettings()
     assert defaults["size"] == f"{settings.width}x{settings.height}"
-    for name in "samples", "light_samples", "depth", "solver", "elements", "method", "seed":
+    for name in "samples", "light_samples", "depth", "solver", "elements", "seed":
         assert defaults[name] == getattr(settings, name), name
+    assert defaults["method"] is None
+    assert settings.method == default_method()
     assert defaults["efficacy"] == EFFICACY
 
 

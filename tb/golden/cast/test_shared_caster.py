@@ -4,8 +4,9 @@ import weakref
 import numpy as np
 import pytest
 
+from golden.cast import shared_caster as module
 from golden.cast.methods import FRUSTUM_METHODS, RAY_METHODS, frustum_caster, ray_caster
-from golden.cast.shared_caster import SHARED, shared_caster
+from golden.cast.shared_caster import SHARED, default_method, shared_caster
 from golden.errors import InputError
 from golden.scene.view import default_camera
 from tb.golden.light.cube import cube
@@ -47,3 +48,9 @@ def test_threads_are_a_number_for_every_method(method):
 
 def test_numpy_s_numbers_are_numbers():
     assert shared_caster(cube(1), "grid", np.int64(2)).jobs == 2
+
+
+def test_grid_casts_where_embree_is_missing(monkeypatch):
+    for there, method in ((True, "embree"), (False, "grid")):
+        monkeypatch.setattr(module, "has_embree", lambda there=there: there)
+        assert default_method() == method
