@@ -7,7 +7,7 @@ __all__ = ["BLOCKS", "BOARD_NEXTPNR", "FAMILIES", "MHZ", "NEXTPNR", "POLICIES", 
 
 # `hw.report.UNITS`, `hw.package.tops.TOPS`, `hw.synthesis.family.FAMILIES`, `hw.memsys.cache_policy.CachePolicy`.
 BLOCKS = ("icu", "ctu", "memsys", "control", "cluster", "registers", "noc")
-TOPS = ("engine", "async_engine", "cluster", "icu", "ctu", "router")
+TOPS = ("engine", "async_engine", "cluster", "icu", "ctu", "network", "router")
 FAMILIES = ("ecp5", "xc7", "gowin", "ice40")
 POLICIES = ("direct", "lru", "lfu")
 # `hw.synthesis.flow.OPTIONS` and ``MHZ``.

@@ -12,7 +12,7 @@ from hw.commands.choices import TOPS
 __all__ = ["verilog"]
 
 # Seconds that an export takes with preset paper.
-_SECONDS = {"engine": 10.0, "async_engine": 10.0, "cluster": 6.0, "icu": 2.0, "ctu": 3.0, "router": 1.0}
+_SECONDS = {"engine": 10.0, "async_engine": 10.0, "cluster": 6.0, "icu": 2.0, "ctu": 3.0, "network": 6.0, "router": 2.0}
 
 
 @click.command("verilog", cls=Task, extra="sim", short_help="Write Verilog with constraints and a manifest.")

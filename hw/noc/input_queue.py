@@ -1,6 +1,6 @@
 """Input queue: the flits of one virtual channel of an input port."""
 
-from amaranth.hdl import Module, Mux, Signal
+from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
@@ -30,6 +30,9 @@ class InputQueue(wiring.Component):
     routes
         The number of the route to each destination whose packets can arrive here. A corrupted destination is given one
         of these routes too, so that the packet leaves the network.
+    node_bits
+        Bits of a node's number, if the routes depend on it: then they are of destinations whose bits are below those of
+        the number; 0 otherwise.
 
     Members
     -------
@@ -37,6 +40,8 @@ class InputQueue(wiring.Component):
         Flits; the sender counts the free entries.
     front : Out, struct of ``valid``, ``first``, ``last``, ``route``
         The flit at the head: whether it is its packet's first or last one, and the number of its route.
+    node : In(node_bits)
+        The router's node, stable. Only if the routes depend on it.
     pop : In(1)
         The flit at the head leaves in this cycle.
     data : Out(bits)
@@ -54,17 +59,18 @@ class InputQueue(wiring.Component):
         The depth is out of range, or there are no routes.
     """
 
-    def __init__(self, *, bits: int, depth: int, routes: dict[int, int], single_cycle: bool = False):
+    def __init__(self, *, bits: int, depth: int, routes: dict[int, int], node_bits: int = 0,
+                 single_cycle: bool = False):
         check_integer("Depth", depth, minimum=1)
         if not routes:
             raise ValueError("Routes must be of at least one destination, not {}")
         self._bits, self._depth, self._routes, self._single_cycle = bits, depth, routes, single_cycle
-        self._route = range(max(routes.values()) + 1)
+        self._route, self._node_bits = range(max(routes.values()) + 1), node_bits
         self._control = StructLayout({"route": self._route, "first": 1, "last": 1})
         super().__init__({
             "i": In(stream.Signature(flit(bits), always_ready=True)),
             "front": Out(StructLayout({"valid": 1, "first": 1, "last": 1, "route": self._route})),
-            "pop": In(1), "data": Out(bits)})
+            "pop": In(1), "data": Out(bits), **({"node": In(node_bits)} if node_bits else {})})
         self.latency = 1
 
     def elaborate(self, platform):
@@ -111,7 +117,8 @@ class InputQueue(wiring.Component):
         found = Signal(self._route)
         commonest = max(set(self._routes.values()), key=list(self._routes.values()).count)
         m.d.comb += found.eq(commonest)
-        with m.Switch(data[:max(self._routes).bit_length()]):
+        key = Cat(data[:self._node_bits], self.node) if self._node_bits else data[:max(self._routes).bit_length()]
+        with m.Switch(key):
             for route in sorted(set(self._routes.values()) - {commonest}):
                 with m.Case(*(destination for destination, its in self._routes.items() if its == route)):
                     m.d.comb += found.eq(route)

@@ -16,6 +16,7 @@ from hw.noc.link_sender import LinkSender
 from hw.noc.network_fault import NetworkFault
 from hw.noc.noc_tables import CHECK_BITS, VERTICES, Routing
 from hw.noc.packer import Packer
+from hw.noc.packet_headers import packet_headers
 from hw.noc.unpacker import Unpacker
 
 __all__ = ["NetworkInterface", "interface_members"]
@@ -86,9 +87,7 @@ class NetworkInterface(wiring.Component):
         self._formats, noc = Formats(config), config.noc
         address = (routing.topology.nodes - 1).bit_length()
         self._request = StructLayout({"node": address, "patch": self._formats.patch})
-        self._request_header = StructLayout({"destination": address, "source": address, "patch": self._formats.patch})
-        self._reply_header = StructLayout({"destination": address, "source": address, "patch": self._formats.patch,
-                                           "surface": self._formats.surface})
+        self._request_header, self._reply_header = packet_headers(config, routing.topology.nodes).values()
         self._bits = noc.flit_bits + CHECK_BITS[noc.check]
         self._links, self._messages = (1, 2) if noc.networks == "virtual" else (2, 1)
         channels = self._messages * routing.virtual_channels

@@ -5,14 +5,11 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
 from golden.config import Config
-from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.network import Network
 from hw.noc.network_interface import NetworkInterface, interface_members
-from hw.noc.noc_tables import CHECK_BITS, route
+from hw.noc.network_parameters import network_parameters
 
 __all__ = ["PatchNetwork"]
-
-_POLICIES = {"round-robin": ArbiterPolicy.ROUND_ROBIN, "age": ArbiterPolicy.LONGEST_WAITING}
 
 
 class PatchNetwork(wiring.Component):
@@ -50,7 +47,8 @@ class PatchNetwork(wiring.Component):
 
     def __init__(self, *, config: Config):
         self._config = config
-        self._routing = route(config.noc.network(), config.noc.virtual_channels)
+        self._network = network_parameters(config)
+        self._routing = self._network["routing"]
         nodes = self._routing.topology.nodes
         members = interface_members(config, nodes)
         super().__init__({**{name: member.array(nodes) for name, member in members.items()},
@@ -58,12 +56,8 @@ class PatchNetwork(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        noc, routing = self._config.noc, self._routing
-        separate = noc.networks == "physical"
-        networks = [Network(routing=routing, bits=noc.flit_bits + CHECK_BITS[noc.check], depth=noc.buffer_flits,
-                            messages=1 if separate else 2, router_cycles=noc.router_cycles,
-                            policy=_POLICIES[noc.arbitration])
-                    for _ in range(2 if separate else 1)]
+        routing = self._routing
+        networks = [Network(**self._network) for _ in range(2 if self._network["messages"] == 1 else 1)]
         for number, network in enumerate(networks):
             m.submodules[f"network_{number}"] = network
         m.d.comb += [self.flits.eq(sum(network.flits for network in networks)),

@@ -26,7 +26,7 @@ class Router(wiring.Component):
     routing
         Of the network.
     node
-        The router's node.
+        The router's node; None: an input says it, and the router has the queues and paths of all nodes.
     bits
         Of the data of a flit; those of a packet's first flit begin with its destination.
     depth
@@ -44,6 +44,8 @@ class Router(wiring.Component):
         The links.
     o_credit, i_credit : Out, In, a bit per channel of each port
         Credit return of these links.
+    node : In(range(nodes))
+        The router's node, if it is an input. Stable.
     moves : Out(ports)
         A flit was sent at the port in the cycle before.
     stalls : Out(ports)
@@ -65,10 +67,11 @@ class Router(wiring.Component):
     Golden counterpart: `golden.noc.router`. Source: Shen 1993, section 5.2.3.
     """
 
-    def __init__(self, *, routing: Routing, node: int, bits: int, depth: int, messages: int = 1,
+    def __init__(self, *, routing: Routing, node: int | None, bits: int, depth: int, messages: int = 1,
                  router_cycles: int = 2, policy: ArbiterPolicy = ArbiterPolicy.ROUND_ROBIN):
         nodes = routing.topology.nodes
-        check_integer("Node", node, minimum=0, maximum=nodes - 1)
+        if node is not None:
+            check_integer("Node", node, minimum=0, maximum=nodes - 1)
         check_integer("Messages", messages, minimum=1)
         check_integer("Bits", bits, minimum=max(1, (nodes - 1).bit_length()))
         check_integer("Depth", depth, minimum=1)
@@ -82,7 +85,7 @@ class Router(wiring.Component):
         super().__init__({
             "i": In(links).array(ports), "o": Out(links).array(ports),
             "i_credit": In(self._channels).array(ports), "o_credit": Out(self._channels).array(ports),
-            "moves": Out(ports), "stalls": Out(ports)})
+            "moves": Out(ports), "stalls": Out(ports), **({"node": In(range(nodes))} if node is None else {})})
         self.latency = router_cycles + 1
 
     def elaborate(self, platform):
@@ -113,25 +116,42 @@ class Router(wiring.Component):
 
     def _add_queues(self, m):
         """The queues that packets use, each with its routes: output ports and channels."""
-        routing, node, per_kind = self._routing, self._node, self._routing.virtual_channels
-        arriving = reach(routing)[node]
-        senders = []
+        routing, per_kind = self._routing, self._routing.virtual_channels
+        arriving, senders = reach(routing), []
+        nodes = range(len(arriving)) if self._node is None else (self._node,)
+        node_bits = (len(arriving) - 1).bit_length() if self._node is None else 0
         for port, name in enumerate(routing.topology.ports):
             credit_return = Signal(self._channels, name=f"credit_return_{name}")
             m.d.comb += self.o_credit[port].eq(credit_return)
             for channel in range(self._channels):
                 kind, lane = divmod(channel, per_kind)
-                goals = arriving[port, lane].nonzero()[0].tolist()
-                if not goals:
+                targets = {node: {
+                    goal: (int(routing.port[node, goal]), kind * per_kind + int(routing.channel[node, goal]))
+                    for goal in arriving[node, port, lane].nonzero()[0].tolist()} for node in nodes}
+                routes = sorted({target for its in targets.values() for target in its.values()})
+                if not routes:
                     continue
-                targets = {goal: (int(routing.port[node, goal]), kind * per_kind + int(routing.channel[node, goal]))
-                           for goal in goals}
-                routes = sorted(set(targets.values()))
                 queue = InputQueue(bits=self._bits, depth=self._depth, single_cycle=self._single_cycle,
-                                   routes={goal: routes.index(target) for goal, target in targets.items()})
+                                   node_bits=node_bits, routes=self._table(targets, routes, node_bits))
                 m.submodules[f"queue_{name}_{channel}"] = queue
+                if node_bits:
+                    m.d.comb += queue.node.eq(self.node)
                 m.d.comb += [queue.i.payload.eq(self.i[port].payload.flit),
                              queue.i.valid.eq(self.i[port].valid & (self.i[port].payload.channel == channel))]
                 m.d.sync += credit_return[channel].eq(queue.pop)
                 senders.append((queue, routes))
         return senders
+
+    @staticmethod
+    def _table(targets, routes, node_bits):
+        """The numbers of a queue's routes by destination; below the bits of the node, if there are any: then of all
+        destinations, as each node has a commonest route of its own.
+        """
+        table = {}
+        for node, its in targets.items():
+            numbers = {goal: routes.index(target) for goal, target in its.items()}
+            if node_bits and numbers:
+                found = list(numbers.values())
+                numbers = dict.fromkeys(range(1 << node_bits), max(set(found), key=found.count)) | numbers
+            table |= {goal | (node << node_bits if node_bits else 0): number for goal, number in numbers.items()}
+        return table

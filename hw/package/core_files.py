@@ -11,6 +11,8 @@ from hw.cluster import COUNTERS
 from hw.output import write_text
 from hw.package.constraints import lpf, sdc, xdc
 from hw.package.crossings import crossings, with_synchronisers
+from hw.package.example.link_example import link_example
+from hw.package.flit_format import flit_format, flit_text
 from hw.package.manifest import manifest
 from hw.package.notice import LICENSE, with_notice
 from hw.package.pages import core_pages
@@ -87,8 +89,10 @@ def core_files(top: str, *, config: Config, preset: str, period: float | None = 
     if TOPS[top].buses:
         text = with_synchronisers(text)
     crossed = crossings(text, name) if TOPS[top].buses else []
-    head = (f"// {about}.\n"
-            f"// Radiosity Engine {package_version()}, preset {preset}. Parameters and ports: {name}.json\n\n")
+    flits = [f"// {line}\n" for line in flit_text(flit_format(config))] if TOPS[top].is_network else []
+    head = "".join([
+        f"// {about}.\n// Radiosity Engine {package_version()}, preset {preset}. Parameters and ports: {name}.json\n",
+        *flits, "\n"])
     text, plain = with_notice(f"{name}.sv", head + text), head + plain_verilog(text)
     facts = manifest(top, name, config=config, preset=preset, text=text)
     files = {
@@ -108,6 +112,8 @@ def core_files(top: str, *, config: Config, preset: str, period: float | None = 
         files[f"{name}.rdl"] = system_rdl(name, clusters=config.noc.nodes, counters=COUNTERS)
         files |= core_pages(COUNTERS)
         files |= software_files(name, config=config, counters=COUNTERS, sha256=facts["sha256"], buses=TOPS[top].buses)
+    if TOPS[top].is_network:
+        files |= link_example(name, config, is_router=top == "router")
     has_job = "job/job.bin" in files
     files[f"{name}.core"] = _fusesoc(name, about, has_job=has_job)
     files["README.md"] = readme(top, name, facts, mhz=1000 / period, has_job=has_job)

@@ -16,6 +16,7 @@ from hw.cluster import COUNTERS
 from hw.lib.black_box import flatten
 from hw.lib.inspection import inspect
 from hw.memsys.cache_policy import CachePolicy
+from hw.package.flit_format import flit_format
 from hw.package.notice import COPYRIGHT, LICENCE
 from hw.package.port_names import port_name
 from hw.package.tops import TOPS
@@ -54,6 +55,8 @@ def manifest(top: str, name: str, *, config: Config, preset: str, text: str) -> 
         facts["reset"]["synchronous"] = False
     if TOPS[top].is_engine:
         facts |= _program_view(config)
+    if TOPS[top].is_network:
+        facts["flit"] = flit_format(config)
     if TOPS[top].is_engine or top == "cluster":
         facts["counters"] = {"names": list(COUNTERS), "base": COUNTERS_BASE, "stride": WORD_BYTES << COUNTER_BITS}
     return facts

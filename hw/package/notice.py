@@ -15,7 +15,7 @@ LICENSE = _PACKAGE.read_text("licenses/LICENSE")
 COPYRIGHT = re.search(r"Copyright .*", LICENSE)[0]
 # By the end of a file's name: how a line becomes a comment.
 _COMMENTS = {
-    **dict.fromkeys((".sv", ".v", ".vlt", ".f", ".rdl", ".cpp"), "// {}\n"),
+    **dict.fromkeys((".sv", ".v", ".vlt", ".f", ".rdl", ".cpp", ".hex"), "// {}\n"),
     **dict.fromkeys((".c", ".h"), "/* {} */\n"),
     **dict.fromkeys((".sdc", ".xdc", ".lpf", ".py", "Makefile"), "# {}\n"), ".vhd": "-- {}\n"}
 

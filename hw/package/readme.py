@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from golden.config import PRESETS
+from hw.package.flit_format import flit_text
 from hw.package.notice import LICENCE
 from hw.package.tops import TOPS
 
@@ -122,6 +123,26 @@ stream without `*_ready` is always ready. The fields of a payload are in the man
 """
 
 
+_LINKS = """
+## Links
+
+{flits}
+* Who sends on a channel counts the free entries of the receiver's queue: `noc.buffer_flits` of them at first, one less
+  for each flit, one more for each cycle in which the channel's bit of the credit port is high. A link that leads
+  nowhere has inputs of 0.
+* A router's port 0 is its node's own; the others are those of the topology in the order of `example/network.v`.
+"""
+_NETWORK_EXAMPLE = """
+## The example
+
+`example/` has a network made of {parts}, of the topology of this configuration, that carries 10,000 flits: requests and
+replies from every node to every node, while sources and sinks stall. Each flit must come in the cycle in which the
+golden model has it. `make -C example check` needs Icarus Verilog, `make -C example verilator` Verilator 5.036 or newer,
+and `make -C example cocotb` cocotb 2 (`SIM=verilator`: in Verilator). `given.hex` and `required.hex` have a word for
+each cycle; `words.v` says which bits of it are which port.
+"""
+
+
 def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_job: bool) -> str:
     """The page as Markdown.
 
@@ -139,6 +160,10 @@ def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_
     changes = (f"-P {path}={value}" for path, value in config.items() if value != usual[path])
     meaning = _ENGINE.format(data=config["memory.data_bits"], address=config["memory.address_bits"]) if is_engine \
         else _STREAMS
+    if TOPS[top].is_network:
+        meaning += _LINKS.format(flits="\n".join(f"* {line}" for line in flit_text(facts["flit"])))
+        if config["noc.columns"] * config["noc.rows"] > 1:
+            meaning += _NETWORK_EXAMPLE.format(parts="exported routers" if top == "router" else "the module")
     more = ", registers, error codes, counters" if is_engine else ", counters" if "counters" in facts else ""
     return _README.format(
         top=top, name=name, licence=LICENCE, about=facts["about"], version=facts["version"],

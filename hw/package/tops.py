@@ -13,7 +13,8 @@ from hw.ctu.traversal_unit import TraversalUnit
 from hw.engine import CLUSTER, Engine
 from hw.export import verilog_of
 from hw.icu.intersection_unit import IntersectionUnit
-from hw.noc.noc_tables import CHECK_BITS, route
+from hw.noc.network import Network
+from hw.noc.network_parameters import network_parameters
 from hw.noc.router import Router
 from hw.package.port_names import port_name
 
@@ -39,6 +40,8 @@ class Top:
         `docs/figures/history.csv`, of an engine as a part of the board's SoC.
     is_engine
         It has registers, and software drives it.
+    is_network
+        Its streams carry flits.
     buses
         Those with a clock and a reset of their own, ``BUS_aclk`` and ``BUS_aresetn``.
     """
@@ -49,6 +52,7 @@ class Top:
     parts: tuple[Callable[[Config], wiring.Component], ...] = ()
     text: Callable[[Config, str], str] | None = None
     is_engine: bool = False
+    is_network: bool = False
     buses: tuple[str, ...] = ()
 
     @property
@@ -72,11 +76,8 @@ def _cluster(config):
 
 
 def _router(config):
-    """Of the node of the configuration's network that has most links."""
-    routing, noc = route(config.noc.network(), config.noc.virtual_channels), config.noc
-    links = (routing.topology.neighbour >= 0).sum(1)
-    return Router(routing=routing, node=int(links.argmax()), bits=noc.flit_bits + CHECK_BITS[noc.check],
-                  depth=noc.buffer_flits, router_cycles=noc.router_cycles)
+    """Of any node of the configuration's network."""
+    return Router(node=None if config.noc.nodes > 1 else 0, **network_parameters(config))
 
 
 TOPS = {
@@ -94,6 +95,8 @@ TOPS = {
     "ctu": Top(about="Cell traversal unit: the cells of the rays of subshells", period=11,
                make=lambda config: TraversalUnit(config=config,
                                                  pipelines=config.ctu.traversal_pipelines(config.noc.nodes))),
-    "router": Top(about="Wormhole router of the patch network, of the node with most links",
-                  period=9, make=_router),
+    "network": Top(about="The patch network's routers and the links between them, with a port for each node", period=9,
+                   make=lambda config: Network(**network_parameters(config)), is_network=True),
+    "router": Top(about="Wormhole router of the patch network, its node an input", period=9, make=_router,
+                  is_network=True),
 }

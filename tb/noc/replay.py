@@ -11,11 +11,12 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from cocotb.triggers import FallingEdge
 
-from golden.noc.network import NEVER, Arrivals, Packets
+from golden.noc.link_words import link_words
+from golden.noc.network import Arrivals, Packets
 from tb.lib.clocking import reset, start
 from tb.lib.runner import BUILD, options, simulate
 
-__all__ = ["Script", "Words", "replay", "script"]
+__all__ = ["Words", "replay", "script"]
 
 
 class Words(wiring.Component):
@@ -48,61 +49,12 @@ class Words(wiring.Component):
         return m
 
 
-class Script:
-    """What is on the wires of links in each cycle.
-
-    Parameters
-    ----------
-    bits
-        Of the data of a flit.
-    channels
-        Of a link.
-    cycles
-        How many.
-    """
-
-    def __init__(self, *, bits: int, channels: int, cycles: int):
-        self._bits = bits
-        self._channel_bits = (channels - 1).bit_length()
-        self._credits_at = 1 + bits + 2 + self._channel_bits
-        self._width = self._credits_at + channels
-        self.words = [0] * cycles
-
-    def flit(self, cycle: int, link: int, data: int, first: bool, last: bool, channel: int) -> None:
-        """A flit is on a link."""
-        word = 1 | (data | int(first) << self._bits | int(last) << self._bits + 1
-                    | channel << self._bits + 2) << 1
-        self.words[cycle] |= word << link * self._width
-
-    def flits_only(self, links: int) -> int:
-        """The bits of a word beside the credits."""
-        return sum((1 << self._credits_at) - 1 << link * self._width for link in range(links))
-
-    def credit(self, cycle: int, link: int, channel: int) -> None:
-        """A credit is returned."""
-        self.words[cycle] |= 1 << link * self._width + self._credits_at + channel
-
-
 def script(generator: np.random.Generator, packets: Packets, arrivals: Arrivals, *, nodes: int, bits: int,
            channels: int) -> dict:
     """What a network is given, and what it must answer, with random data."""
-    start = np.cumsum(packets.length) - packets.length
-    of = arrivals.packet
-    number = np.arange(len(of)) - start[of]
-    assert (arrivals.taken != NEVER).all(), "the model must have taken all flits"
-    cycles = int(arrivals.taken.max()) + 8
-    given, required = (Script(bits=bits, channels=channels, cycles=cycles) for _ in range(2))
-    address = max(1, (nodes - 1).bit_length())
-    for flit, (packet, index) in enumerate(zip(of.tolist(), number.tolist(), strict=True)):
-        first, last = index == 0, index == packets.length[packet] - 1
-        data = int.from_bytes(generator.bytes((bits + 7) // 8)) & (1 << bits) - 1
-        source, destination = int(packets.source[packet]), int(packets.destination[packet])
-        if first:
-            data = data >> address << address | destination
-        given.flit(int(arrivals.entered[flit]), source, data, first, last, int(arrivals.entry[flit]))
-        required.flit(int(arrivals.left[flit]), destination, data, first, last, int(arrivals.channel[flit]))
-        given.credit(int(arrivals.taken[flit]), destination, int(arrivals.channel[flit]))
-    return {"given": given.words, "required": required.words, "mask": required.flits_only(nodes)}
+    data = [int.from_bytes(generator.bytes((bits + 7) // 8)) & (1 << bits) - 1 for _ in arrivals.packet]
+    given, required = link_words(packets, arrivals, data, nodes=nodes, bits=bits, channels=channels)
+    return {"given": given.words, "required": required.words, "mask": required.flits_only}
 
 
 def replay(component, scripts: list[dict], *, simulator: str, name: str) -> None:

@@ -12,6 +12,7 @@ from golden.noc.routing import Routing, route
 from golden.noc.topology import Topology
 from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.network import Network
+from hw.noc.router import Router
 from radiosity.benchmarks.traffic import PATTERNS
 from tb.lib.runner import ICARUS
 from tb.lib.seed import SEED
@@ -79,6 +80,40 @@ def test_every_flit_in_its_cycle_in_icarus(network, simulator):
 @pytest.mark.parametrize("network", LARGE, ids=str)
 def test_every_flit_of_long_runs_in_its_cycle(network):
     check(*network, simulator="verilator", flits=15_000)
+
+
+class Numbered(Router):
+    """A router of any node that is given its own as an input."""
+
+    def __init__(self, *, node, **given):
+        super().__init__(node=None, **given)
+        self._number = node
+
+    def elaborate(self, platform):
+        m = super().elaborate(platform)
+        m.d.comb += self.node.eq(self._number)
+        return m
+
+
+@pytest.mark.parametrize("network", [("mesh", 2, 2, 1, 1), ("torus", 4, 1, 2, 2)], ids=str)
+def test_routers_of_any_node_are_those_of_each_node(network, monkeypatch):
+    """Every flit comes in its cycle; exports of routers have their node as an input."""
+    monkeypatch.setattr("hw.noc.network.Router", Numbered)
+    *shape, channels, messages = network
+    routing, shared = route(Topology(*shape), channels), {"messages": messages, "router_cycles": 2}
+    harness = Words(Network(routing=routing, bits=8, depth=3, **shared))
+    (one, *_) = scripts_of(routing, flits=150, bits=8, depth=3, arbitration="round-robin", **shared)
+    simulator = Simulator(harness)
+    simulator.add_clock(1e-8)
+
+    async def drive(ctx):
+        for cycle, (word, expected) in enumerate(zip(one["given"], one["required"], strict=True)):
+            assert ctx.get(harness.o) & one["mask"] == expected, cycle
+            ctx.set(harness.i, word)
+            await ctx.tick()
+
+    simulator.add_testbench(drive)
+    simulator.run()
 
 
 @pytest.mark.parametrize("router_cycles", [1, 2])

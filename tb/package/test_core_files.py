@@ -5,6 +5,7 @@ import gc
 import hashlib
 import json
 import re
+import shutil
 import subprocess
 import sys
 import warnings
@@ -17,6 +18,7 @@ from amaranth.lib import wiring
 from click.testing import CliRunner
 
 from golden.config import PRESETS
+from golden.noc.packing import reply_flits, request_flits
 from hw.cli import main
 from hw.cluster import COUNTERS
 from hw.history import read_history
@@ -42,8 +44,11 @@ def test_the_same_bytes_in_every_process(router, tmp_path):
 
 def test_files_of_a_core(router):
     files = router[1]
-    assert set(files) == {"LICENSE", "README.md", *(f"radiosity_router.{kind}" for kind in (
+    example = {f"example/{name}" for name in ("Makefile", "bench.v", "given.hex", "network.v", "required.hex",
+                                              "test_bench.py", "words.v")}
+    assert set(files) - example == {"LICENSE", "README.md", *(f"radiosity_router.{kind}" for kind in (
         "sv", "v", "json", "vlt", "f", "sdc", "xdc", "lpf", "vhd", "core"))}
+    assert example <= set(files)
     assert b"Written by `radiosity verilog --top router --preset small` of" in files["README.md"]
     facts = json.loads(files["radiosity_router.json"])
     assert facts["sha256"] == hashlib.sha256(files["radiosity_router.sv"]).hexdigest()
@@ -79,7 +84,8 @@ def test_default_periods_have_been_reached():
     routed = {record.unit: max(record.mhz) for record in read_history() if record.mhz}
     (soc,) = re.findall(r"The whole SoC routes, at \*\*([\d.]+) MHz\*\*", (ROOT / "docs" / "board.md").read_text())
     reached = {"engine": float(soc), "async_engine": float(soc), "cluster": routed["Cluster"],
-               "icu": routed["IntersectionUnit"], "ctu": routed["TraversalUnit"], "router": routed["Router-32-1"]}
+               "icu": routed["IntersectionUnit"], "ctu": routed["TraversalUnit"],
+               **dict.fromkeys(("network", "router"), routed["Router-32-1"])}
     assert reached.keys() == TOPS.keys()
     for top, mhz in reached.items():
         assert 0.9 * mhz < 1000 / TOPS[top].period <= mhz, top
@@ -117,11 +123,31 @@ def test_latencies_are_those_of_the_units_that_a_core_has(router):
         "noc.InputQueue": 1, "noc.OutputPort": 2, "noc.Router": PRESETS["small"].noc.router_cycles + 1}
 
 
-def test_the_router_is_that_of_a_node_with_most_links():
-    """In a mesh of 3 x 3 nodes the one in the middle: it has an output in each direction."""
-    made = TOPS["router"].make(PRESETS["tiny"].replace({"noc.columns": 3, "noc.rows": 3}))
-    outputs = [name for _, name, _ in Fragment.get(made, None).subfragments if name.startswith("output_")]
-    assert len(outputs) == 5
+@pytest.mark.parametrize("columns", [2, 3])
+def test_all_links_of_a_router_are_live(columns):
+    """It has an output and a queue in each direction, also where each node has two links alone."""
+    made = TOPS["router"].make(PRESETS["tiny"].replace({"noc.columns": columns, "noc.rows": 2}))
+    parts = [name for _, name, _ in Fragment.get(made, None).subfragments]
+    for kind in "output_", "queue_":
+        assert len([name for name in parts if name.startswith(kind)]) == 5
+
+
+def test_the_manifest_has_the_format_of_flits(router):
+    """As golden packs them: what each field of a header says is where the format has it."""
+    facts, config = json.loads(router[1]["radiosity_router.json"])["flit"], PRESETS["small"]
+    values = {"source": 2, "destination": 1, "patch": 4711}
+    for kind, flits, given in (
+            ("request", request_flits(config, **values), values),
+            ("reply", reply_flits(config, **values, surface=99, vertices=[(1, 2, 3)] * 4), values | {"surface": 99})):
+        packet = facts["packets"][kind]
+        assert packet["flits"] == len(flits)
+        header = sum((data & (1 << facts["data_bits"]) - 1) << number * facts["data_bits"]
+                     for number, (data, _, _) in enumerate(flits[:packet["header_flits"]]))
+        assert {field["name"]: header >> field["low"] & (1 << field["width"]) - 1
+                for field in packet["header"]} == given
+    assert flits[0][0].bit_length() <= facts["data_bits"] + facts["check_bits"]
+    texts = [router[1][name].decode() for name in ("radiosity_router.sv", "radiosity_router.v", "README.md")]
+    assert all("A reply has 5: 1 of the header, destination 1:0, source 3:2, patch 16:4" in text for text in texts)
 
 
 def test_latencies_of_black_boxes_are_listed():
@@ -147,16 +173,14 @@ def test_nothing_to_complain_of(kind, router):
 
 
 def test_complaints_are_heard(router, tmp_path):
-    for name, text in router[1].items():
-        (tmp_path / name).write_bytes(text)
+    shutil.copytree(router[0], tmp_path, dirs_exist_ok=True)
     text = tmp_path / "radiosity_router.sv"
     text.write_text(text.read_text().replace("endmodule", "wire open, same; assign same = open; endmodule", 1))
     assert "UNDRIVEN" in lint(tmp_path, "router")
 
 
 def test_fusesoc_takes_the_core(router, tmp_path):
-    for name, text in router[1].items():
-        (tmp_path / name).write_bytes(text)
+    shutil.copytree(router[0], tmp_path, dirs_exist_ok=True)
     with tools():
         done = subprocess.run(
             [BIN / "fusesoc", "--cores-root", ".", "run", "--target=lint", "radiosity::radiosity_router"],

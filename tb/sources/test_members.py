@@ -10,6 +10,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.config import PRESETS
+from hw.noc.input_queue import InputQueue
+from hw.package.tops import TOPS
 from tb.docs.contents import makers
 from tb.docs.structure import component_classes, structures
 
@@ -85,7 +87,9 @@ def made():
     # With patch stores and subshell lists, which no preset has together.
     config = PRESETS["small"].replace({"ctu.subshell_bits": 10, "ctu.subshell_barrier": 1})
     with mock.patch.object(wiring.Component, "__init__", note):
-        structures(makers(config), has_links=False)
+        # Exported routers have their node as an input, and so have their queues.
+        structures([*makers(config), lambda: TOPS["router"].make(config),
+                    lambda: InputQueue(bits=8, depth=2, routes={0: 0, 3: 1}, node_bits=1)], has_links=False)
     return found
 
 
