@@ -6,7 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from golden.config import PRESETS
+from hw.history import last_records, read_history
 from radiosity.benchmarks.istructure import outcomes_of, relative
+from radiosity.benchmarks.path_area import equal_area_table, path_area
+from radiosity.benchmarks.report import tables_of
 from radiosity.benchmarks.shared_hardware import recorded_rows, simulated_rows
 from radiosity.benchmarks.shared_scene import Access, Placement, SharedScene, shared_config
 from radiosity.job_timing import joint_timing
@@ -64,6 +68,24 @@ def test_dealt_sets_hold_a_share_in_each_cluster(scene):
     held = [np.count_nonzero(home[0] == cluster) for cluster in (-1, *range(CLUSTERS))]
     share = -(-scene.patches // 4)
     assert held == [scene.patches - 2 * share, share, share]
+
+
+def test_paper_has_memory_for_the_largest_scene_whose_copies_are_smaller_than_a_network():
+    smaller = [row["patches"] for row in tables_of(equal_area_table())[0]["rows"]
+               if row["all, in block RAMs"] < row["1/8 and network"]]
+    assert smaller == [256 << step for step in range(len(smaller))]
+    assert PRESETS["paper"].memsys.own_patches == smaller[-1]
+
+
+def test_areas_are_those_of_the_parts_of_a_path():
+    deferral, single, network, memory = (np.array(path_area(100, frames=128, access=access, clusters=4)) for access in (
+        Access.DEFERRAL, Access.SINGLE, Access.NETWORK, Access.MEMORY))
+    last = last_records(read_history())
+    interface, router = (last["ecp5", "paper", "", "noc", unit] for unit in ("NetworkInterface", "Router-72-2"))
+    assert (network - memory).tolist() == [interface.lut + 2 * router.lut, interface.bram + 2 * router.bram]
+    assert (deferral > single).all()
+    assert (single > network).all()
+    assert path_area(100, frames=128, access=Access.NETWORK, clusters=1) == tuple(memory)
 
 
 @pytest.mark.nightly
