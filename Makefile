@@ -39,7 +39,7 @@ $(STAMP): pyproject.toml $(LOCK)
 	# Python compiles what is used when it is first imported; compiling all takes as long as the rest of the installation.
 	$(PIP) install --no-compile --no-deps --ignore-requires-python -r $(LOCK)
 	$(PIP) install --no-deps --no-build-isolation --editable .
-	# Ours and what the tests import first are compiled once, not by both processes that begin together.
+	@# Ours and what the tests import first are compiled once, not by both processes that begin together.
 	@$(BIN)/python -m compileall -q -j 2 golden hw radiosity tb
 	@$(BIN)/python -c 'import amaranth.sim, cocotb, distributed, hypothesis, numba, peakrdl_html, scipy.stats, trimesh'
 	@touch $@
