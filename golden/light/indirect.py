@@ -66,7 +66,7 @@ class IndirectLight:
     solution
         The radiosity solver's report.
     has_buried
-        Whether nodes are inside bodies.
+        Whether nodes of curved surfaces are inside bodies.
     """
 
     elements: Elements
@@ -210,12 +210,13 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         fine = _fill(refined.neighbours, fine_nodes.gathered(display), fine_nodes.buried)
         sheet = np.full(elements.lattice.cells, -1)
         sheet[elements.position.cell[chosen]] = np.arange(len(chosen))
+    curved = elements.position.nodes[scene.is_curved[elements.patch]]
     return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, nodes.buried),
                          refined=refined, refined_irradiance=fine, sheet=sheet, contacts=contacts,
                          usable=usable, pieces=pieces, display=display, reflectance=reflectance, received=received,
                          radiosity=scene.channels("emission")[elements.patch] + np.where(
                              glass.mirrors[elements.patch][:, None], shares * received, solution.display), rows=rows,
-                         solution=solution, has_buried=bool(nodes.buried.any()))
+                         solution=solution, has_buried=bool(nodes.buried[curved].any()))
 
 
 def _seconds_each(rows, nodes, hemisphere):

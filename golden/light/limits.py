@@ -27,7 +27,7 @@ def not_computed(scene: Scene, *, has_buried: bool) -> list[str]:
     scene
         The patches.
     has_buried
-        Whether parts of surfaces are inside bodies.
+        Whether parts of curved surfaces are inside bodies.
     """
     glass = Glass(scene)
     mirrors = scene.channels("specular").any(axis=1)
@@ -53,8 +53,8 @@ def not_computed(scene: Scene, *, has_buried: bool) -> list[str]:
                        f"shadows end in steps of up to {np.linalg.norm(edges, axis=2).max():.2g}; finer facets in the "
                        "file help")
     if has_buried:
-        missing.append("light along the lines where bodies interpenetrate: it is too dark within an element of them; "
-                       "a smaller --max-edge, or bodies that end where they meet others, helps")
+        missing.append("light along the lines where curved bodies enter others: it is too dark within an element of "
+                       "them; a smaller --max-edge, or bodies that end where they meet others, helps")
     return missing
 
 
