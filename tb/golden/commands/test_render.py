@@ -7,7 +7,7 @@ import pytest
 
 from tb.golden.commands.runner import report
 
-FAST = ("-o", "a.png", "--size", "2x2", "--spp", "1", "--depth", "1", "--rays", "16x4")
+FAST = ("-o", "a.png", "--size", "2x2", "--spp", "1", "--depth", "1", "--rays", "16x4", "--method", "grid")
 MATERIAL = "newmtl floor\nKd 0.5 0.5 0.5\n"
 # An isotropic luminaire of 1000 cd.
 LAMP = "TILT=NONE\n1 -1 1000 2 1 1 2 0 0 0\n1 1 9\n0 180\n0\n1 1\n"
