@@ -85,7 +85,7 @@ def steps(shell: int):
     return 2 * np.arctan(r / np.sqrt(2)), 2 * np.arctan(r / np.sqrt(2 + r * r))
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=128)
 def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
     """Grid rays of a shell for a hemisphere of ``azimuths`` x ``polars`` intersection rays.
 
@@ -118,7 +118,7 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
                     column_table=around, column_reach=reach)
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=128)
 def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
                 half_angles: tuple[float, float]) -> GridRays:
     """Grid rays of a shell (a slab of depth) for a screen.
