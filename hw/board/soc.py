@@ -70,9 +70,9 @@ def build_soc(config: Config, folder: Path, *, litex: Path, hertz: int, baud: in
     if config.noc.nodes != 1:
         raise InputError(f"soc: Clusters (noc.columns, noc.rows) must be 1, not {config.noc.nodes}")
     options = "--freq", f"{hertz / 1e6:g}", *options
-    _run_litex(litex, "-c", "import litedram, litex_boards.platforms.radiona_ulx3s", folder=Path.cwd())
     if routes:
         check_options(options, has_constraints=True)
+    _run_litex(litex, "-c", "import litedram, litex_boards.platforms.radiona_ulx3s", folder=Path.cwd())
     with stage("export"):
         write_core("engine", config=config, preset=PRESET, folder=folder, ram_styles=True)
     made = folder / "litex_soc" / "ulx3s"

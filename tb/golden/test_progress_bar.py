@@ -73,7 +73,7 @@ def test_bars_are_shown_where_they_are_requested(progress, bars):
     render(scene, camera=default_camera(scene), settings=settings, progress=progress)
     compute_view_factors(HemisphereRows(scene, Naive(scene), rays=(8, 4)), progress=progress)
     Grid(scene, progress=progress)
-    assert bars.keys() == {"form factors", "radiosity", "image", "view factors", "grid"}
+    assert bars.keys() == {"embree", "form factors", "radiosity", "image", "view factors", "grid"}
     if progress:  # blocks of view factors have one bar together
         assert all(False in disabled for disabled in bars.values())
     else:

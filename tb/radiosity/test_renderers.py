@@ -10,7 +10,7 @@ import golden.cli
 import radiosity.cli
 
 
-@pytest.mark.parametrize(("main", "method"), [(golden.cli.main, "shelling"), (radiosity.cli.main, "grid")],
+@pytest.mark.parametrize(("main", "method"), [(golden.cli.main, "shelling"), (radiosity.cli.main, "embree")],
                          ids=["golden", "radiosity"])
 def test_the_golden_model_renders_by_shelling_and_says_first_how_long(main, method, tmp_path):
     """Nodes are the corners of six squares, each with its own; of six elements adaptive refinement cuts none."""
@@ -20,4 +20,4 @@ def test_the_golden_model_renders_by_shelling_and_says_first_how_long(main, meth
     assert json.loads(result.stdout)["settings"]["method"] == method
     announced = re.fullmatch(r"shelling: 24 hemispheres at most, about \d+ s; then the image\n", result.stderr)
     assert (announced is not None) == (method == "shelling")
-    assert (result.stderr == "") == (method == "grid")
+    assert (result.stderr == "") == (method == "embree")

@@ -18,7 +18,8 @@ def test_workers_make_the_picture_of_one_process_with_its_counts(monkeypatch):
     monkeypatch.setattr(two_pass, "BATCH", 100)
     # With glass, mirrors and a light without an area.
     scene = builtin_scene("mountain:1")
-    settings = RenderSettings(width=16, height=12, samples=4, light_samples=1, rays=(16, 4), jobs=1)
+    settings = RenderSettings(width=16, height=12, samples=4, light_samples=1, rays=(16, 4), jobs=1,
+                              method="grid")
     whole = render(scene, camera=scene.camera, settings=settings)
     with LocalCluster(**LOCAL) as cluster, WorkerPool(cluster.scheduler_address, method="grid") as workers:
         parts = render(scene, camera=scene.camera, settings=settings, workers=workers)
