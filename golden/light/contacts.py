@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.cast.rays import Rays
+from golden.compiled import compiled
 from golden.light.lattice import Lattice, LatticePosition
 from golden.light.surface_points import bilinear
 from golden.scene.scene import Scene
@@ -19,14 +20,19 @@ LOW_PROBES = 8
 PROBES = np.array([
     *((x, y, LOW) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y),
     *((x, y, ASLANT) for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)))])
+# From a part to its neighbours.
+_STEPS = PROBES[:LOW_PROBES, :2].astype(np.int64)
 # Squared distances between the parts of a cell.
 _APART = ((np.stack(np.divmod(np.arange(PARTS**2), PARTS))[:, :, None]
            - np.stack(np.divmod(np.arange(PARTS**2), PARTS))[:, None]) ** 2).sum(axis=0)
 # A surface that a probe meets within this share of the probe's length of the rim of a patch ends where the patch does:
 # the nodes on the rim are beside it.
 RIM = 1 / 16
-# How far parts look towards nodes: what meets the node itself does not hide it.
-SHORT_OF_NODE = 1 - 1e-3
+# How far parts look towards nodes: what meets the node itself does not hide it. They look along the surface, and half a
+# part's step above it: what ends just short of the surface divides its light too.
+SHORT_OF_NODE, RAISED = 1 - 1e-3, 0.5
+# Surfaces that a probe meets are borders of light if they are inclined to the surface, at least by this sine.
+STEEP = 0.3
 # Corners nearer than this share of the scene's size are one.
 SAME = 1e-6
 # Rays per block, which bounds memory.
@@ -57,7 +63,8 @@ class Contacts:
         T x `PARTS`^2 bool: which of these have their middles in a body, but not in a thin wall, which has two
         sides in one part.
     sees
-        T x `PARTS`^2 x 4 bool: the corners that each part sees, as `LatticePosition` numbers them.
+        T x `PARTS`^2 x 4 bool: the corners that each part sees, as `LatticePosition` numbers them; what is just short
+        of the surface hides them as well.
     nodes
         T x 4 int: their nodes.
     """
@@ -67,12 +74,13 @@ class Contacts:
         self._corners, self._rims = lattice.position, _rims(scene)
         points = _Points(*lattice.inner_points(PARTS))
         points = points[~scene.is_curved[points.patch]]
-        close, inside = self._each(points, self._probed, np.zeros((len(points), 2), dtype=bool)).T
+        found = self._each(points, self._probed, np.zeros((len(points), 2 + 8)))
+        close, inside = found[:, :2].T.astype(bool)
         cells = np.unique(points.position.cell[close])
         self.row = np.full(lattice.cells, -1)
         self.row[cells] = np.arange(len(cells))
         touched = np.flatnonzero(self.row[points.position.cell] >= 0)
-        points, close, inside = points[touched], close[touched], inside[touched]
+        points, close, inside, borders = points[touched], close[touched], inside[touched], found[touched, 2:]
         place = self.row[points.position.cell], self.part(points.position)
         self.close = np.zeros((len(cells), PARTS**2), dtype=bool)
         self.close[place] = close
@@ -86,12 +94,53 @@ class Contacts:
         self.sees = np.take_along_axis(self.sees, np.where(hidden, nearest, np.arange(PARTS**2))[..., None], axis=1)
         self.nodes = np.zeros((len(cells), 4), dtype=np.int64)
         self.nodes[place[0]] = points.position.nodes
+        self._add_borders(lattice, points, np.ravel_multi_index(place, self.close.shape), borders.reshape(-1, 2, 4))
 
     @staticmethod
     def part(position: LatticePosition) -> np.ndarray:
         """The number of the part of its cell in which each of K positions is."""
         column, row = (np.minimum((place * PARTS).astype(np.int64), PARTS - 1) for place in (position.a, position.b))
         return row * PARTS + column
+
+    def places(self, position: LatticePosition) -> np.ndarray:
+        """The parts with whose light K positions are, row * `PARTS`^2 + part, or -1 in cells without contacts.
+
+        It is the one across the border if a surface that its own part meets is between its middle and the position.
+        """
+        result = np.full(len(position.cell), -1)
+        some = np.flatnonzero(self.row[position.cell] >= 0)
+        own = position[some]
+        place = self.row[own.cell] * PARTS**2 + self.part(own)
+        _cross(place, own.a, own.b, self._borders, self._beyond)
+        result[some] = place
+        return result
+
+    def _add_borders(self, lattice, points, place, borders):
+        """Keep of each part up to two lines, as coefficients of 1, a and b that are positive beyond, and what is there.
+
+        ``borders``: P x 2 x 4 from `_probed`, unit vectors from the middles to the lines, and their lengths.
+        """
+        self._borders = np.zeros((self.close.size, 2, 3))
+        self._beyond = np.zeros((self.close.size, 2), dtype=np.int64)
+        corners = self._corners[points.position.nodes]
+        edges = corners[:, [1, 2]] - corners[:, :1]
+        lengths = np.linalg.norm(np.einsum("kex,se->ksx", edges, _STEPS), axis=2) / PARTS
+        row, column = np.divmod(self.part(points.position), PARTS)
+        for side in (0, 1):
+            slope = np.einsum("kex,kx->ke", edges, borders[:, side, :3])
+            # The neighbour that is most straight across.
+            across = slope @ _STEPS.T / PARTS
+            straight = np.where(across > borders[:, side, 3:], across / lengths, 0)
+            step = _STEPS[straight.argmax(axis=1)]
+            columns, to_column = np.divmod(column + step[:, 0], PARTS)
+            rows, to_row = np.divmod(row + step[:, 1], PARTS)
+            cell = lattice.beside(points.position.cell, columns, rows)
+            found = np.flatnonzero((straight.max(axis=1) > 0) & (cell >= 0) & (self.row[cell] >= 0)
+                                   & ~self._scene.is_triangle[points.patch])
+            self._borders[place[found], side, 1:] = slope[found]
+            middle = slope[:, 0] * points.position.a + slope[:, 1] * points.position.b
+            self._borders[place[found], side, 0] = -(middle + borders[:, side, 3])[found]
+            self._beyond[place[found], side] = (self.row[cell] * PARTS**2 + to_row * PARTS + to_column)[found]
 
     def _each(self, points, function, result):
         size = BLOCK // len(PROBES)
@@ -100,7 +149,7 @@ class Contacts:
         return result
 
     def _probed(self, points):
-        """P x 2 bool: which of P points have a contact within their steps, and which see it from inside a body."""
+        """P x 10: which of P points have a contact within their steps, which see it from inside a body; `_lines`."""
         corners = self._corners[points.position.nodes]
         along, up = (corners[:, [1, 2]] - corners[:, :1]).swapaxes(0, 1) / PARTS
         flat = PROBES[:, 0, None] * along[:, None] + PROBES[:, 1, None] * up[:, None]
@@ -120,18 +169,23 @@ class Contacts:
         # The probes that rise little are in an order in which the last one is opposite to the first one.
         low = reached[1, :, :LOW_PROBES]
         thin = (low & low[:, ::-1]).any(axis=1)
-        return np.stack([close > 0, (backs > close / 2) & ~thin], axis=1)
+        kept = ~at_rim
+        owner = point[met[kept]]
+        lines = _lines(owner, normal, place[kept] - origin[owner], self._scene.normals[patch[kept]])
+        return np.column_stack([close > 0, (backs > close / 2) & ~thin, lines])
 
     def _seen_corners(self, points):
         """P x 4 bool: the corners of their cells that P points see."""
         point = np.repeat(np.arange(len(points)), 4)
         normal = points.side[point, None] * self._scene.normals[points.patch[point]]
         origin = bilinear(self._scene.vertices[points.patch], points.u, points.v)[point]
-        toward = SHORT_OF_NODE * (self._corners[points.position.nodes.ravel()] - origin)
-        lift = LOW / PARTS * np.linalg.norm(toward, axis=1, keepdims=True) * normal
-        met, _, _ = self._met(points.patch[point], origin + lift, toward)
+        corners = self._corners[points.position.nodes]
+        toward = SHORT_OF_NODE * (corners.reshape(-1, 3) - origin)
+        step = np.linalg.norm(corners[:, [1, 2]] - corners[:, :1], axis=2).min(axis=1)[point] / PARTS
         seen = np.ones(len(point), dtype=bool)
-        seen[met] = False
+        for lift in (LOW / PARTS * np.linalg.norm(toward, axis=1), RAISED * step):
+            met, _, _ = self._met(points.patch[point], origin + lift[:, None] * normal, toward)
+            seen[met] = False
         return seen.reshape(-1, 4)
 
     def _met(self, patch, origin, direction):
@@ -166,6 +220,44 @@ class _Points:
 
     def __getitem__(self, rows):
         return _Points(self.patch[rows], self.side[rows], self.u[rows], self.v[rows], self.position[rows])
+
+
+def _lines(point, normals, toward, across):
+    """P x 8: up to two unit vectors from points along their surface to steep ones that they meet, and the distances.
+
+    The nearest one, and the nearest one in the opposite direction: that of the other side of a wall around the point.
+
+    Parameters
+    ----------
+    point, toward, across
+        K each: the number of a point, the vector to what it meets, and its normal.
+    normals
+        P x 3: normals of the points' own surfaces.
+    """
+    away = across - np.einsum("kx,kx->k", across, normals[point])[:, None] * normals[point]
+    sine = np.linalg.norm(away, axis=1)
+    away = away / np.where(sine > 0, sine, 1)[:, None]
+    distance = np.einsum("kx,kx->k", toward, away)
+    away, distance = np.where(distance < 0, -1, 1)[:, None] * away, np.abs(distance)
+    result = np.zeros((len(normals), 2, 4))
+    left = sine > STEEP
+    for side in (0, 1):
+        order = np.flatnonzero(left)[np.argsort(distance[left], kind="stable")]
+        owner, first = np.unique(point[order], return_index=True)
+        result[owner, side] = np.column_stack([away, distance])[order[first]]
+        left &= np.einsum("kx,kx->k", away, result[point, side, :3]) < 0
+    return result.reshape(-1, 8)
+
+
+@compiled
+def _cross(place, a, b, borders, beyond):
+    """Replaces the parts of positions by those beyond the borders that the positions are beyond."""
+    for k in range(len(place)):
+        for side in range(2):
+            line = borders[place[k], side]
+            if line[0] + line[1] * a[k] + line[2] * b[k] > 0:
+                place[k] = beyond[place[k], side]
+                break
 
 
 def _rims(scene):

@@ -10,13 +10,13 @@ from scipy import sparse
 
 from golden.compiled import compiled
 from golden.frustum import Hemisphere
-from golden.light.contacts import Contacts
+from golden.light.contacts import PARTS, Contacts
 from golden.light.direct import DirectLight
 from golden.light.elements import Elements
 from golden.light.glass import Glass
 from golden.light.lattice import Lattice
 from golden.light.node_rows import NodeRows, joined
-from golden.light.pieces import Pieces
+from golden.light.pieces import MIDDLES, Pieces
 from golden.light.sampling import mix, uniform
 from golden.light.solvers import SOLVERS, RadiositySystem, Solution
 from golden.light.surface_points import SurfacePoints, bilinear
@@ -112,14 +112,18 @@ class IndirectLight:
 
     def _open(self, position):
         """Positions with weights for corners that they see and that are outside bodies alone, if there are any."""
-        row = self.contacts.row[position.cell]
-        some = np.flatnonzero(row >= 0)
-        own = position[some]
-        weights = own.weights * self.usable[row[some], Contacts.part(own)]
-        total = weights.sum(axis=1, keepdims=True)
-        result = position.weights.copy()
-        result[some] = np.where(total > 0, weights / np.where(total > 0, total, 1), own.weights)
-        return replace(position, weights=result)
+        place = self.contacts.places(position)
+        some = np.flatnonzero(place >= 0)
+        row, part = np.divmod(place[some], PARTS**2)
+        own, nodes, weights = position[some], position.nodes.copy(), position.weights.copy()
+        # Beyond a border light is that of the middle of the part there.
+        moved = (row != self.contacts.row[own.cell]) | (part != Contacts.part(own))
+        nodes[some[moved]] = self.contacts.nodes[row[moved]]
+        shares = np.where(moved[:, None], MIDDLES[part], own.weights)
+        seen = shares * self.usable[row, part]
+        total = seen.sum(axis=1, keepdims=True)
+        weights[some] = np.where(total > 0, seen / np.where(total > 0, total, 1), shares)
+        return replace(position, nodes=nodes, weights=weights)
 
     def at_points(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray,
                   hemisphere: Hemisphere) -> np.ndarray:

@@ -148,6 +148,14 @@ class Lattice:
         u, v = self._coordinates(sheet, i, j)
         return self._patch[sheet], self._side[sheet], u, v, self.at(sheet, u, v)
 
+    def beside(self, cell: np.ndarray, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """The cells so many columns and rows from K cells, or -1 beyond the edges of their sheets."""
+        sheet = np.searchsorted(self._first_cell, cell, side="right") - 1
+        (n, m), first = self._cuts[sheet].T, self._first_cell[sheet]
+        j, i = np.divmod(cell - first, n)
+        i, j = i + columns, j + rows
+        return np.where((i >= 0) & (i < n) & (j >= 0) & (j < m), first + j * n + i, -1)
+
     @cached_property
     def neighbours(self) -> sparse.csr_array:
         """M x M: number of cells of which two nodes are corners."""

@@ -7,7 +7,11 @@ from golden.cast.rays import Hits
 from golden.light.contacts import PARTS, Contacts
 from golden.light.elements import Elements
 
-__all__ = ["Pieces"]
+__all__ = ["MIDDLES", "Pieces"]
+
+_B, _A = (grid.ravel() for grid in np.meshgrid(*[(np.arange(PARTS) + 0.5) / PARTS] * 2, indexing="ij"))
+MIDDLES = np.stack([(1 - _A) * (1 - _B), _A * (1 - _B), (1 - _A) * _B, _A * _B], axis=1)
+"""PARTS^2 x 4: the shares of a quadrilateral's corners in what is interpolated to the middles of its parts."""
 
 
 class Pieces:
@@ -45,6 +49,8 @@ class Pieces:
         self._whole = np.zeros(len(elements), dtype=np.int64)
         self._whole[whole] = np.arange(len(whole))
         self._parts = len(whole) + parts.reshape(-1, PARTS**2)
+        self._contacts, self._of_place = contacts, np.full(contacts.close.size, -1)
+        self._of_place.reshape(-1, PARTS**2)[row[cut]] = self._parts
         self.element = np.concatenate([whole, cut[kinds // 16]])
         self.is_blind = np.concatenate([np.zeros(len(whole), dtype=bool), kinds % 16 == 0])
         share = np.ones(len(self.element))
@@ -62,7 +68,7 @@ class Pieces:
         some = np.flatnonzero((element >= 0) & (self._row[element] >= 0))
         own = element[some]
         position = self._elements.at(hits.patch[some], hits.u[some], hits.v[some], self._elements.front[own])
-        piece[some] = self._parts[self._row[own], Contacts.part(position)]
+        piece[some] = self._of_place[self._contacts.places(position)]
         return piece
 
     def points(self, count: int) -> tuple[np.ndarray, ...]:
@@ -94,10 +100,7 @@ class Pieces:
 
     def _of_seen(self, sees, cut, first):
         """Interpolation to the pieces of cut elements."""
-        middle = (np.arange(PARTS) + 0.5) / PARTS
-        b, a = (grid.ravel() for grid in np.meshgrid(middle, middle, indexing="ij"))
-        share = np.stack([(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b], axis=1)
-        share = share * np.where(sees.any(axis=2, keepdims=True), sees, True)
+        share = MIDDLES * np.where(sees.any(axis=2, keepdims=True), sees, True)
         shape = len(self.element) - first, self._elements.of_corners.shape[1]
         rows = np.repeat((self._parts - first).ravel(), 4)
         nodes = np.repeat(self._elements.position.nodes[cut], PARTS**2, axis=0).ravel()

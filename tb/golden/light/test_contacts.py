@@ -6,7 +6,6 @@ import pytest
 from golden.cast.grid import Grid
 from golden.frustum import Hemisphere
 from golden.light.analytic import point_to_polygon
-from golden.light.contacts import PARTS
 from golden.light.final_gather import FinalGather
 from golden.light.indirect import indirect_light
 from golden.light.sampling import mix
@@ -136,16 +135,13 @@ def test_lamp_light_beside_a_thin_partition_is_what_brute_force_gathers(low, hig
 
 
 @pytest.mark.parametrize("thickness", [0.0, 0.02])
-def test_little_light_leaks_through_a_thin_wall(thickness):
-    """Into a sealed room beside a lit one: at most that of a strip along the wall, half a part of an element wide."""
+def test_no_light_leaks_through_a_thin_wall_into_a_sealed_room(thickness):
+    """Though elements of the floor, the ceiling and the long walls are on both sides of the wall."""
     grey, end = Material(name="grey", diffuse=(0.6,) * 3), PARTITION + thickness
     wall = box((PARTITION, 0, 0), (end, 2, 1)) if thickness else rectangle((PARTITION, 0, 0), (0, 2, 0), (0, 0, 1))
     scene = scene_of((box((0, 0, 0), (2, 2, 1))[:, ::-1], grey), (wall, grey, {"two_sided": not thickness}),
                      lights=(PointLight(position=LIGHT, intensity=(1, 1, 1)),))
     light = solved(scene)
-    x, area = light.elements.centre[:, 0], light.elements.area
-    bright, dark = (np.average(light.received[side, 0], weights=area[side])
-                    for side in (x < PARTITION - 0.1, x > end + 0.1))
-    part, length = 2 / 12 / PARTS, 2 - end
-    strip = part / 2 * (2 + 2 + 1 + 1) / (2 * (2 * length + length + 2))
-    assert dark < bright * strip / (1 - 0.6)
+    x = light.elements.centre[:, 0]
+    assert light.received[x < PARTITION - 0.1].min() > 0
+    assert light.received[x > end + 0.1].max() == 0
