@@ -1,4 +1,4 @@
-"""The project's prose, and the phrases of docs/glossary.md that it avoids."""
+"""The project's prose, and the phrases of tb/docs/words.md that it avoids."""
 
 import io
 import re
@@ -11,7 +11,7 @@ __all__ = ["ROOT", "as_words", "forbidden_phrases", "markdown_files", "occurrenc
            "prose_of_python", "replacements", "words_of_names"]
 
 ROOT = Path(__file__).parents[2]
-GLOSSARY = ROOT / "docs" / "glossary.md"
+WORDS = Path(__file__).parent / "words.md"
 
 _SECTION = "## Words that we do not use"
 _TEXT_TOKENS = {tokenize.COMMENT, tokenize.STRING} | {
@@ -19,8 +19,8 @@ _TEXT_TOKENS = {tokenize.COMMENT, tokenize.STRING} | {
 
 
 def replacements() -> dict[str, str]:
-    """The unmistakable phrases of the glossary's last table, each with what stands for it."""
-    rows = re.findall(r"^\| (.+?) \| (.+?) \|$", GLOSSARY.read_text().partition(_SECTION)[2], re.MULTILINE)
+    """The unmistakable phrases of its table, each with what stands for it."""
+    rows = re.findall(r"^\| (.+?) \| (.+?) \|$", WORDS.read_text().partition(_SECTION)[2], re.MULTILINE)
     return {phrase: right for left, right in rows for phrase in re.findall(r"`([^`]+)`", left)}
 
 
@@ -87,8 +87,8 @@ def prose_of(path: Path) -> list[tuple[int, str]]:
 
 
 def markdown_files() -> list[Path]:
-    """The pages of the documentation; the glossary is not among them, as it names what it forbids."""
-    return [page for page in (*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))) if page != GLOSSARY]
+    """The pages of the documentation."""
+    return [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
 
 
 def occurrences(path: Path, pattern: re.Pattern) -> list[str]:

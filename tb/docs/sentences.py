@@ -31,13 +31,13 @@ def sample(seed: int, count: int = 40) -> list[tuple[str, str]]:
 @click.option("--seed", default=1, show_default=True, help="Seed of the draw.")
 @click.option("--count", default=40, show_default=True, help="How many sentences to draw.")
 def main(seed: int, count: int) -> None:
-    """Print sentences of the documentation, and fail if one has a phrase that docs/glossary.md forbids."""
+    """Print sentences of the documentation, and fail if one has a phrase that tb/docs/words.md forbids."""
     pattern = forbidden_phrases()
     drawn = sample(seed, count)
     for page, sentence in drawn:
         click.echo(f"{page}: {sentence}")
     bad = [sentence for _, sentence in drawn if pattern.search(sentence)]
-    click.echo(f"seed {seed}: {len(drawn)} sentences, {len(bad)} with a word that docs/glossary.md forbids")
+    click.echo(f"seed {seed}: {len(drawn)} sentences, {len(bad)} with a word that tb/docs/words.md forbids")
     raise SystemExit(bool(bad))
 
 

@@ -1,4 +1,4 @@
-"""Pages, comments, docstrings and messages use the field's words: docs/glossary.md."""
+"""Pages, comments, docstrings and messages use the field's words: tb/docs/words.md."""
 
 import re
 from functools import cache
@@ -29,7 +29,7 @@ FILES = [path for path in (*markdown_files(), ROOT / "Makefile", ROOT / "pyproje
 def test_no_private_words_are_left():
     pattern = forbidden_phrases()
     found = [hit for path in FILES for hit in occurrences(path, pattern)]
-    assert not found, "docs/glossary.md names the field's words:\n" + "\n".join(found)
+    assert not found, "tb/docs/words.md names the field's words:\n" + "\n".join(found)
 
 
 def test_names_have_no_private_words():
@@ -39,7 +39,7 @@ def test_names_have_no_private_words():
                     # What is in no name, comment or string needs no tokens.
                     if any(map(search, re.findall(r"[^\W\d]\w*", path.read_text())))
                     for line, words in words_of_names(path.read_text()) if search(words)})
-    assert not found, "docs/glossary.md names the field's words:\n" + "\n".join(found)
+    assert not found, "tb/docs/words.md names the field's words:\n" + "\n".join(found)
 
 
 def test_docstrings_name_what_they_raise():
@@ -48,7 +48,7 @@ def test_docstrings_name_what_they_raise():
     assert not found, f"'Raises' instead of 'Errors': {', '.join(found)}"
 
 
-def test_the_glossary_names_what_replaces_each_phrase():
+def test_the_list_names_what_replaces_each_phrase():
     table = replacements()
     assert len(table) > 40
     assert all(right.strip() for right in table.values())
