@@ -11,12 +11,10 @@ __all__ = ["page"]
 _PAGE = """\
 # The registers
 
-An AXI4-Lite port of 32 bits. This page is written by `python -m hw registers -o docs/registers.md`, from the table
-that the hardware is made from (`hw/registers/engine_registers.py`); `hw/host.py` is a driver, and
-exported engines have one in C.
-
-`radiosity_engine.rdl` of an exported engine has the same table in SystemRDL 2.0. Tools such as
-[PeakRDL](https://peakrdl.readthedocs.io) write pages, C headers, IP-XACT and register blocks from it.
+For whoever writes a driver: the registers behind the engine's AXI4-Lite port of 32 bits, the steps of a job, errors and
+counters. `python -m hw registers -o docs/registers.md` writes this page from `hw/registers/engine_registers.py`, of
+which the hardware is made. Exported engines have the table in SystemRDL 2.0 (`radiosity_engine.rdl`), for tools such as
+[PeakRDL](https://peakrdl.readthedocs.io), and a driver in C.
 
 Registers of 64 bits are at multiples of 8 and take two words. Write the low word first, then the high one: each takes
 effect by itself, and the machine takes both over when it is idle. Answered with SLVERR, and without any effect, are an

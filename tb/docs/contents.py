@@ -10,6 +10,8 @@ from hw.board.board_shell import BoardShell
 from hw.board.program import Operation, Program, Step
 from hw.cluster import Cluster
 from hw.engine import Engine
+from hw.figures import with_tables
+from hw.history import read_history
 from hw.lib.black_box import BlackBox
 from hw.report import UNITS, make_unit
 from tb.docs.payloads import payloads
@@ -62,7 +64,7 @@ class Contents:
     def pages(self) -> dict[str, str]:
         """Texts of pages and of waveforms by their paths."""
         return self._reference.pages() | {"verification-report.md": report(), "parameters.md": _parameters(),
-                                            "payloads.md": payloads(PRESETS[PRESET], PRESET)} | {
+                                            "units.md": _units(), "payloads.md": payloads(PRESETS[PRESET], PRESET)} | {
             _waveform_path(page): waveform.draw() for page, waveform in WAVEFORMS.items()}
 
     def complete(self, text: str, here: str) -> str:
@@ -105,6 +107,16 @@ def _parameters():
                   for path, text in about.items() if path.startswith(f"{group}.")]
         lines.append("")
     return "\n".join(lines)
+
+
+def _units():
+    """The page on what each unit takes of an FPGA."""
+    lines = ["# Area of each unit", "", "The last recorded measurement of every unit: what it takes of an FPGA, and "
+             "the clock that it reaches alone. The page on area has the method.", ""]
+    for block in UNITS:
+        lines += [f"## {block}", "", f"<!-- area: {block} -->", "<!-- area: end -->", ""]
+    lines += ["## Other families", "", "<!-- area: families -->", "<!-- area: end -->", ""]
+    return with_tables("\n".join(lines), read_history())
 
 
 def _waveform_path(page):

@@ -2,10 +2,11 @@
 
 A command stands in a block marked ``sh``, or in a code span that begins with a program of `PROGRAMS`. A comment
 ``<!-- prints: TEXT -->`` on a page says that the last command before it prints TEXT; a comment
-``<!-- not run: WHY -->`` that it, or its block, is not run. ``<!-- table: COMMAND -->`` stands before a table of which
-each row has figures of one row that the command prints.
+``<!-- not run: WHY -->`` that it, or its block, is not run. ``<!-- table: COMMAND -->`` stands before a table, or after
+a link to a file of docs/data/, of which each row has figures of one row that the command prints.
 """
 
+import csv
 import re
 import shlex
 from dataclasses import dataclass, field
@@ -84,6 +85,9 @@ def tables_of(text: str) -> dict[tuple[str, ...], list[list[str]]]:
     found = {}
     for command, table in re.findall(r"<!-- table: (.*?) -->\n\n((?:\|.*\n)+)", text):
         found.setdefault(tuple(shlex.split(command)), []).extend(_rows(table.split("\n", 2)[2]))
+    for path, command in re.findall(r"\]\((data/[\w-]+\.csv)\)<!-- table: (.*?) -->", text):
+        _, *rows = csv.reader((ROOT / "docs" / path).read_text().splitlines())
+        found.setdefault(tuple(shlex.split(command)), []).extend(rows)
     return found
 
 

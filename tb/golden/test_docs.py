@@ -20,11 +20,3 @@ def test_gallery_shows_every_built_in_scene_with_its_patch_count():
 def test_links_and_pictures_of_the_documentation_exist(page):
     targets = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text())
     assert not [target for target in targets if not (page.parent / target).exists()]
-
-
-def test_tests_named_by_the_page_on_exactness_exist():
-    page = (ROOT / "docs" / "exactness.md").read_text()
-    named = set(re.findall(r"`(test_\w+)`", page))
-    files = {path: (ROOT / path).read_text() for path in set(re.findall(r"`(tb/[\w/]+\.py)`", page))}
-    assert len(named) > 30
-    assert not [test for test in named if not any(f"def {test}(" in text for text in files.values())]
