@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tb.docs.language import ROOT
 
-__all__ = ["PROGRAMS", "Command", "commands_of", "missing_rows", "pages", "tables_of"]
+__all__ = ["PROGRAMS", "Command", "commands_of", "files_of", "missing_rows", "pages", "tables_of"]
 
 PROGRAMS = ("radiosity", "make", "pytest", "python -m")
 
@@ -85,10 +85,15 @@ def tables_of(text: str) -> dict[tuple[str, ...], list[list[str]]]:
     found = {}
     for command, table in re.findall(r"<!-- table: (.*?) -->\n\n((?:\|.*\n)+)", text):
         found.setdefault(tuple(shlex.split(command)), []).extend(_rows(table.split("\n", 2)[2]))
-    for path, command in re.findall(r"\]\((data/[\w-]+\.csv)\)<!-- table: (.*?) -->", text):
+    for path, command in files_of(text):
         _, *rows = csv.reader((ROOT / "docs" / path).read_text().splitlines())
         found.setdefault(tuple(shlex.split(command)), []).extend(rows)
     return found
+
+
+def files_of(text: str) -> list[tuple[str, str]]:
+    """The files of docs/data/ that a page links to, each with the command that prints its rows."""
+    return re.findall(r"\]\((data/[\w-]+\.csv)\)<!-- table: (.*?) -->", text)
 
 
 def missing_rows(quoted: list[list[str]], printed: str) -> list[list[str]]:

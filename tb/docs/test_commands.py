@@ -28,7 +28,7 @@ from hw.report import UNITS, Row
 from hw.synthesis.family import Area
 from hw.synthesis.flow import Clock
 from tb.docs.language import ROOT
-from tb.docs.page_commands import Command, commands_of, missing_rows, pages, tables_of
+from tb.docs.page_commands import Command, commands_of, files_of, missing_rows, pages, tables_of
 
 PAGES = {page: commands_of(page) for page in pages()}
 COMMANDS = [command for commands in PAGES.values() for command in commands]
@@ -329,6 +329,11 @@ def test_tables_quote_commands_that_exist(page, words):
     assert words[:2] == ("radiosity", "bench")
     assert entry(words)
     assert any(shlex.join(one.words) == shlex.join(words) for one in PAGES[page])
+
+
+def test_every_file_of_data_is_compared():
+    quoted = {path for page in PAGES for path, _ in files_of(page.read_text())}
+    assert quoted == {f"data/{path.name}" for path in (ROOT / "docs" / "data").iterdir()}
 
 
 BENCHMARKS = sorted({one.words for one in COMMANDS if is_run(one) and BENCHMARK.search(shlex.join(one.words))})
