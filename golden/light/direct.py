@@ -8,7 +8,7 @@ from golden.light.glass import SHEETS, Glass
 from golden.light.light_choice import choose_lights
 from golden.light.light_points import by_area
 from golden.light.light_weights import light_weights
-from golden.light.sampling import lattice
+from golden.light.sampling import sobol
 from golden.light.solid_angle import direction_to_triangle, solid_angle
 from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
@@ -59,8 +59,8 @@ class DirectLight:
         self._power = self._emission.mean(axis=1) * scene.areas[self._lights]
         self._glass = Glass(scene)
 
-    def irradiance(self, points: SurfacePoints, keys: np.ndarray, rank: np.ndarray | None = None,
-                   ranks: int = 1) -> np.ndarray:
+    def irradiance(self, points: SurfacePoints, keys: np.ndarray,
+                   rank: np.ndarray | None = None) -> np.ndarray:
         """Irradiance over pi at M points, M x 3, in units of radiance: reflectance times it is the reflected radiance.
 
         Parameters
@@ -69,9 +69,9 @@ class DirectLight:
             The points.
         keys
             M hashes (`golden.light.sampling.mix`), one per point, that seed the samples.
-        rank, ranks
-            Points of one hash with the ranks 0 to ``ranks`` - 1 have samples that spread over the lights together.
-            Default: each point has its own.
+        rank
+            Points of one hash and neighbouring ranks have samples that spread over the lights together, see
+            `golden.light.sampling.sobol`. Default: each point has a hash of its own.
         """
         rank = np.zeros(len(points), dtype=np.int64) if rank is None else rank
         result = np.zeros((len(points), 3))
@@ -79,7 +79,7 @@ class DirectLight:
         for start in range(0, len(points), block):
             rows = slice(start, start + block)
             if len(self._lights):
-                result[rows] += self._from_areas(points[rows], keys[rows], rank[rows], ranks)
+                result[rows] += self._from_areas(points[rows], keys[rows], rank[rows])
             self._add_lights(result[rows], points[rows])
         return result
 
@@ -94,10 +94,10 @@ class DirectLight:
             cast = self._from_point if isinstance(light, PointLight) else self._from_afar
             result += cast(points, light)
 
-    def _from_areas(self, points, keys, rank, ranks):
+    def _from_areas(self, points, keys, rank):
         weight = light_weights(points.position, points.normal, self._vertices, self._centre, self._front,
                                self._two_sided, self._power, self._radius2)
-        places = lattice(keys, self._samples, rank, ranks)
+        places = sobol(keys, self._samples, rank)
         sample, choice, u, density = choose_lights(weight, places[..., 0])
         where, v = sample // self._samples, places[..., 1].ravel()[sample]
         toward, angle = self._sample(points.position[where], choice, u, v)

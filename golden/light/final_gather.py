@@ -9,7 +9,7 @@ from golden.light.direct import DirectLight
 from golden.light.form_factors import ray_ends
 from golden.light.indirect import IndirectLight
 from golden.light.node_rows import joined
-from golden.light.sampling import lattice, mix
+from golden.light.sampling import mix, sobol
 from golden.light.surface_points import SurfacePoints, bilinear
 from golden.light.tally import Tally
 from golden.scene.scene import Scene
@@ -49,7 +49,7 @@ class FinalGather:
         self._reach = REACH * np.sqrt(indirect.elements.area)
 
     def light(self, points: SurfacePoints, u: np.ndarray, v: np.ndarray, front: np.ndarray, keys: np.ndarray,
-              rank: np.ndarray, ranks: int) -> np.ndarray:
+              rank: np.ndarray) -> np.ndarray:
         """Irradiance over pi at M points, M x 3, without light that comes straight from light sources.
 
         Parameters
@@ -58,7 +58,7 @@ class FinalGather:
             The points.
         u, v, front
             Their bilinear coordinates on their patches, and whether they are on the fronts.
-        keys, rank, ranks
+        keys, rank
             As `DirectLight.irradiance` takes them.
         """
         result = self._indirect.at(points.patch, u, v, front)
@@ -66,12 +66,12 @@ class FinalGather:
         size = max(1, BLOCK // self._samples)
         for start in range(0, len(touched), size):
             rows = touched[start:start + size]
-            result[rows] = self._gathered(points[rows], keys[rows], rank[rows], ranks)
+            result[rows] = self._gathered(points[rows], keys[rows], rank[rows])
         return result
 
-    def _gathered(self, points, keys, rank, ranks):
+    def _gathered(self, points, keys, rank):
         count, samples = len(points), self._samples
-        places = lattice(keys, samples, rank, ranks).reshape(-1, 2)
+        places = sobol(keys, samples, rank).reshape(-1, 2)
         direction = np.empty((len(places), 3))
         _spread(places, frame(points.normal), samples, direction)
         owner = np.repeat(np.arange(count), samples)
@@ -89,11 +89,11 @@ class FinalGather:
                 see(owner, weight, self._scene.background_along(direction))
 
             for end, part, along, met in ray_ends(owner, weight, rays, hits, clear, see_sky, see):
-                see(end, part, self._reflected(along, met, keys[end]))
+                see(end, part, self._reflected(along, met, keys[end], rank[end] * samples + self._numbers(end)))
             found.append(light / (weight[0] * samples))
         return joined(rows.groups, found)
 
-    def _reflected(self, direction, hits, keys):
+    def _reflected(self, direction, hits, keys, rank):
         """Radiance, K x 3, of what rays of unit length hit."""
         elements, indirect = self._indirect.elements, self._indirect
         piece = indirect.pieces.seen(direction, hits)
@@ -102,15 +102,16 @@ class FinalGather:
         near = np.flatnonzero((element >= 0) & (hits.t < self._reach[element]))
         own, patch, u, v = element[near], hits.patch[near], hits.u[near], hits.v[near]
         points = SurfacePoints(bilinear(self._scene.vertices[patch], u, v), elements.normal[own], patch)
-        arriving = self._light.irradiance(points, mix(keys[near], 8), self._ranks(keys[near]), self._samples)
+        arriving = self._light.irradiance(points, mix(keys[near], 8), rank[near])
         arriving += indirect.at(patch, u, v, elements.front[own])
         light[near] = indirect.reflectance[own] * arriving
         return light
 
-    def _ranks(self, keys):
-        """Ranks of rays among those of equal keys, which follow one another."""
-        starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]])[:len(keys)])
-        return np.arange(len(keys)) - np.repeat(starts, np.diff(np.append(starts, len(keys))))
+    @staticmethod
+    def _numbers(owner):
+        """Numbers of rays among those of equal owners, which follow one another."""
+        starts = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]])[:len(owner)])
+        return np.arange(len(owner)) - np.repeat(starts, np.diff(np.append(starts, len(owner))))
 
 
 @compiled

@@ -8,6 +8,8 @@ __all__ = ["light_weights"]
 
 # A light that rises less than this above the horizon of a point, as a sine, counts as in the point's plane.
 HORIZON = 1e-12
+# A light that is seen aslant counts with its cosine, as if it rose by this share of its radius: near ones fill more.
+BLUR = 0.25
 
 
 def light_weights(position: np.ndarray, normal: np.ndarray, vertices: np.ndarray, centre: np.ndarray,
@@ -15,7 +17,7 @@ def light_weights(position: np.ndarray, normal: np.ndarray, vertices: np.ndarray
     """Estimates of the unoccluded irradiance of L lights at M points, M x L; 0 only where no light arrives.
 
     The estimate is power over the squared distance of the centre plus the squared radius, times the largest sine of a
-    corner or the centre above the point's horizon.
+    corner or the centre above the point's horizon, times the cosine at the light.
 
     Parameters
     ----------
@@ -47,7 +49,8 @@ def _compiled(position, normal, points, front, two_sided, power, radius2, weight
                 highest = max(highest, (x * nx + y * ny + z * nz) / max(np.sqrt(distance2), 1e-300))
             facing = -(x * front[light, 0] + y * front[light, 1] + z * front[light, 2])
             seen = highest >= HORIZON and (facing > 0 or two_sided[light])
-            weight[m, light] = highest * power[light] / (distance2 + radius2[light]) if seen else 0.0
+            cosine = min(1.0, (abs(facing) + BLUR * np.sqrt(radius2[light])) / max(np.sqrt(distance2), 1e-300))
+            weight[m, light] = highest * cosine * power[light] / (distance2 + radius2[light]) if seen else 0.0
 
 
 def _on_arrays(position, normal, points, front, two_sided, power, radius2):
@@ -60,4 +63,5 @@ def _on_arrays(position, normal, points, front, two_sided, power, radius2):
     weight[weight < HORIZON] = 0
     facing = -np.einsum("mlj,lj->ml", toward, front)
     weight *= (facing > 0) | two_sided
+    weight *= np.minimum(1.0, (np.abs(facing) + BLUR * np.sqrt(radius2)) / np.maximum(length, 1e-300))
     return weight * power / (np.einsum("mlj,mlj->ml", toward, toward) + radius2)

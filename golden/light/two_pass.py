@@ -26,7 +26,7 @@ from golden.light.photometry.quantities import EFFICACY, lux
 from golden.light.photometry.sensor_light import sensor_light
 from golden.light.photometry.sensors import Sensors
 from golden.light.render_statistics import RenderStatistics
-from golden.light.sampling import mix, uniform
+from golden.light.sampling import mix, pixel_ranks, uniform
 from golden.light.seen_points import SeenPoints
 from golden.light.solvers import SOLVERS
 from golden.light.tally import Tally
@@ -63,10 +63,11 @@ class RenderSettings:
     width, height
         Pixels, 1 to 16384 each and at most 2^26 together.
     samples
-        Primary rays per pixel, a square number from 1 to 1024: one random ray in each field of a square grid.
+        Primary rays per pixel, a square number from 1 to 1024: one random ray in each field of a square grid, no two
+        of a pixel in one of its ``samples`` columns or rows.
         With a method of `FIXED_METHODS` it passes through the field's middle.
     light_samples
-        Shadow rays to area lights per shaded point, 1 to 1024; those of the points of a pixel spread together.
+        Shadow rays to area lights per shaded point, 1 to 1024; those of neighbouring pixels spread together.
     depth
         Most reflections and refractions of a ray, 0 to 64.
     rays
@@ -341,15 +342,25 @@ class _Pixels:
         """Sums over the rays of the pixels ``first`` to ``last`` - 1, with the rows of `_Shader.trace`."""
         side, screen = self._side, self._screen
         pixel, sample = np.divmod(np.arange(first * side**2, last * side**2), side**2)
-        keys = mix(self._seed, 2, pixel)
-        draws = mix(keys, 1, sample)
+        row, column = np.divmod(pixel, screen.width)
+        rank = side**2 * pixel_ranks(column, row) + sample
         field = np.stack([sample % side, sample // side], axis=1)
-        within = 0.5 if self._regular else np.stack([uniform(draws, 2), uniform(draws, 3)], axis=1)
+        within = 0.5 if self._regular else self._within(np.arange(first, last))
         rays = screen.rays(pixel, (field + within) / side - 0.5)
-        column, row = (np.stack([pixel % screen.width, pixel // screen.width], axis=1) * side + field).T
-        hits = self._cast(np.zeros(len(pixel), dtype=np.int64), row * (side * screen.width) + column, rays)
-        traced = self._shader.trace(rays, hits, keys, sample)
+        number = (row * side + field[:, 1]) * (side * screen.width) + column * side + field[:, 0]
+        hits = self._cast(np.zeros(len(pixel), dtype=np.int64), number, rays)
+        traced = self._shader.trace(rays, hits, mix(self._seed, 2), rank)
         return np.stack([np.bincount(pixel - first, values, last - first) for values in traced])
+
+    def _within(self, pixels):
+        """Random points in the fields of pixels: no two of a pixel are in the same of ``side``^2 columns or rows."""
+        side, keys = self._side, mix(self._seed, 1, pixels)
+        lines = mix(keys[:, None, None], np.arange(2)[:, None], np.arange(side)).argsort(axis=2)
+        across = np.broadcast_to(lines[:, 0, :, None], (len(pixels), side, side))
+        down = np.broadcast_to(lines[:, 1, None, :], across.shape)
+        line = np.stack([across, down], axis=3).reshape(-1, 2)
+        draws = mix(np.repeat(keys, side**2), 2, np.tile(np.arange(side**2), len(pixels)))
+        return (line + np.stack([uniform(draws, axis) for axis in range(2)], axis=1)) / side
 
 
 class _Shader:
@@ -357,11 +368,10 @@ class _Shader:
 
     def __init__(self, scene, caster, tally, indirect: IndirectLight, settings, with_received):
         self._scene, self._indirect, self._depth = scene, indirect, settings.depth
-        self._fields = settings.side**2
         self._with_received = with_received
         self._casters = {kind: tally.counting(kind, caster) for kind in ("reflection", "refraction")}
         self._light = DirectLight(scene, caster, tally, settings.light_samples)
-        self._reflected = FinalGather(scene, indirect, caster, tally, max(LEAST_GATHER, GATHER // self._fields))
+        self._reflected = FinalGather(scene, indirect, caster, tally, max(LEAST_GATHER, GATHER // settings.samples))
         self._seen = SeenPoints(scene)
         self._materials = {name: scene.channels(name) for name in ("diffuse", "specular", "transparent", "emission")}
         self._is_diffuse = self._materials["diffuse"].any(axis=1)
@@ -370,18 +380,18 @@ class _Shader:
         self._glass = Glass(scene)
         self._index = np.where(self._glass.thin, 1.0, scene.channels("refraction_index"))
 
-    def trace(self, rays: Rays, hits: Hits, keys: np.ndarray, field: np.ndarray) -> np.ndarray:
+    def trace(self, rays: Rays, hits: Hits, key: np.ndarray, rank: np.ndarray) -> np.ndarray:
         """Radiance (rows 0 to 2), tests, steps and received light (rows 3 to 5) of R rays with known hits.
 
-        ``keys`` are hashes of the rays' pixels; the rays through the fields of a pixel share samples of lights.
+        ``key`` seeds the samples of lights; those of rays with neighbouring ``rank`` spread together.
         """
         result = np.zeros((6, len(rays)))
-        waves = [(rays, hits, np.arange(len(rays)), np.ones((len(rays), 3)), keys, field)]
+        waves = [(rays, hits, np.arange(len(rays)), np.ones((len(rays), 3)), key, rank)]
         for depth in range(self._depth + 1):
             waves = [later for wave in waves for later in self._wave(result, *wave, depth)]
         return result
 
-    def _wave(self, result, rays, hits, owner, weight, keys, field, depth):
+    def _wave(self, result, rays, hits, owner, weight, key, rank, depth):
         """Add what rays of one generation see, times ``weight``, to their owners; returns the next generation."""
         if not len(rays):
             return
@@ -393,16 +403,16 @@ class _Shader:
         light[met] = np.where(active[:, None], self._materials["emission"][patch], 0)
         measured = self._with_received and depth == 0
         diffuse = np.flatnonzero(active & (self._is_diffuse[patch] | measured))
-        arriving = self._light.irradiance(points[diffuse], mix(keys[met[diffuse]], 4), field[met[diffuse]],
-                                            self._fields)
-        arriving += self._reflected.light(points[diffuse], u[diffuse], v[diffuse], front[diffuse],
-                                          mix(keys[met[diffuse]], 7), field[met[diffuse]], self._fields)
+        direct, gathered = (np.full(len(diffuse), mix(key, use)) for use in (4, 7))
+        arriving = self._light.irradiance(points[diffuse], direct, rank[met[diffuse]])
+        arriving += self._reflected.light(points[diffuse], u[diffuse], v[diffuse], front[diffuse], gathered,
+                                          rank[met[diffuse]])
         light[met[diffuse]] += self._diffuse(patch[diffuse], points.position[diffuse]) * arriving
         _add(result, owner, light, weight, hits.tests, hits.steps)
         if measured:
             result[5] += np.bincount(owner[met[diffuse]], luminance(arriving), result.shape[1])
         if depth < self._depth:
-            yield from self._next(points, direction, front, active, owner[met], weight[met], keys[met], field[met])
+            yield from self._next(points, direction, front, active, owner[met], weight[met], key, rank[met])
 
     def _diffuse(self, patch, position):
         """Diffuse reflectances, K x 3, at positions on patches."""
@@ -411,13 +421,13 @@ class _Shader:
             return diffuse
         return np.minimum(diffuse * self._scene.textures.ratio(patch, position), self._most_diffuse[patch])
 
-    def _next(self, points, direction, front, active, owner, weight, keys, field):
+    def _next(self, points, direction, front, active, owner, weight, key, rank):
         """Mirrored and refracted rays."""
         some = np.flatnonzero(self._is_specular[points.patch])
         if not len(some):
             return
-        points, direction, front, active, owner, weight, keys, field = (
-            values[some] for values in (points, direction, front, active, owner, weight, keys, field))
+        points, direction, front, active, owner, weight, rank = (
+            values[some] for values in (points, direction, front, active, owner, weight, rank))
         specular = self._materials["specular"][points.patch] * active[:, None]
         transparent = self._materials["transparent"][points.patch]
         cosine = np.clip(-np.einsum("kj,kj->k", direction, points.normal), 1e-6, 1)
@@ -441,7 +451,7 @@ class _Shader:
             some = np.flatnonzero(carried.max(axis=1) > FAINT)
             rays = Rays(points.position[some], toward[some], self._scene.surface[points.patch[some]])
             hits = self._casters[kind].nearest(rays)
-            yield rays, hits, owner[some], carried[some], mix(keys[some], 5 + branch), field[some]
+            yield rays, hits, owner[some], carried[some], mix(key, 5 + branch), rank[some]
 
 
 @compiled

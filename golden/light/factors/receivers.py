@@ -12,7 +12,7 @@ from golden.light.factors.points import REPLICATES
 from golden.light.factors.replicate_shares import replicate_shares
 from golden.light.factors.sides import Sides
 from golden.light.photometry.sensors import Sensors
-from golden.light.sampling import lattice, mix
+from golden.light.sampling import mix, sobol
 from golden.scene.scene import Scene
 
 __all__ = ["ReceiverFactors", "receiver_factors"]
@@ -87,7 +87,7 @@ def receiver_factors(scene: Scene, caster, points: Sensors, *, error: float, see
 
 def _directions(axes, use, rays):
     """Unit vectors by the cosine with the third of each point's axes, from a lattice that each replicate shifts."""
-    uv = lattice(mix(use[:, None], np.arange(REPLICATES)).ravel(), rays // REPLICATES).reshape(len(use), rays, 2)
+    uv = sobol(mix(use[:, None], np.arange(REPLICATES)).ravel(), rays // REPLICATES).reshape(len(use), rays, 2)
     turn, radius = 2 * np.pi * uv[..., 0], np.sqrt(uv[..., 1])
     local = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1 - uv[..., 1])], axis=-1)
     return (local @ axes).reshape(-1, 3)

@@ -49,7 +49,7 @@ def lit(scene, points, samples=256, max_edge=0.17):
     surface = SurfacePoints(points, np.tile((0.0, 0, 1), (count, 1)), np.zeros(count, dtype=int))
     return FinalGather(scene, indirect, caster, tally, samples).light(
         surface, points[:, 0] / 2, points[:, 1] / 2, np.ones(count, dtype=bool), mix(0, 7, np.arange(count)),
-        np.zeros(count, dtype=int), 1)[:, 0]
+        np.zeros(count, dtype=int))[:, 0]
 
 
 def open_sky(points, faces):

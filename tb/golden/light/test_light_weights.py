@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from golden.light import light_weights as module
-from golden.light.light_weights import HORIZON, light_weights
+from golden.light.light_weights import BLUR, HORIZON, light_weights
 from tb.golden.light.factors.on_arrays import on_arrays
 
 LIGHT = np.array([[(-1, 1, 2), (1, 1, 2), (1, -1, 2), (-1, -1, 2.0)]])
@@ -16,12 +16,20 @@ def weights(position, normal=(0, 0, 1), *, vertices=LIGHT, two_sided=(False,), p
                          np.array([front]), np.array(two_sided), np.array(power), radius2)[0]
 
 
-def test_the_weight_is_power_times_the_highest_sine_over_the_squared_distance():
+def test_the_weight_is_power_times_the_highest_sine_and_the_lights_cosine_over_the_squared_distance():
     assert weights((0, 0, 0)) == pytest.approx(3 * 1 / (4 + 2))
     # A corner is higher than the centre.
     corners = (LIGHT[0] - [1, -1, 0]) @ np.array([0, 0.6, 0.8]) / np.linalg.norm(LIGHT[0] - [1, -1, 0], axis=1)
     assert corners.max() > np.array([-1, 1, 2]) @ [0, 0.6, 0.8] / np.sqrt(6)
-    assert weights((1, -1, 0), (0, 0.6, 0.8)) == pytest.approx(3 * corners.max() / (1 + 1 + 4 + 2))
+    cosine = (2 + BLUR * np.sqrt(2)) / np.sqrt(6)
+    assert weights((1, -1, 0), (0, 0.6, 0.8)) == pytest.approx(3 * corners.max() * cosine / (1 + 1 + 4 + 2))
+
+
+def test_a_light_seen_aslant_has_little_weight_and_a_near_one_much():
+    """Beside a lamp's plane, far away and right at its rim, where it fills up to a half of what a point sees."""
+    far, near = (weights((x, 0, 2 - 1e-9), (-0.8, 0, 0.6)) * ((x * x + 2) / 3 / 0.8) for x in (100, 1.001))
+    assert far == pytest.approx(BLUR * np.sqrt(2) / 100, rel=0.02)
+    assert near > BLUR
 
 
 @pytest.mark.parametrize(("position", "normal", "two_sided", "lit"), [

@@ -6,11 +6,12 @@ import pytest
 from PIL import Image
 
 from golden.errors import InputError
+from golden.frustum import Screen
 from golden.light import form_factors, two_pass
 from golden.light.direct import DirectLight
 from golden.light.indirect import CUTS, EVERY
 from golden.light.tone import luminance
-from golden.light.two_pass import FAINT, RenderSettings, render
+from golden.light.two_pass import FAINT, RenderSettings, _Pixels, render
 from golden.scene.appearance import from_srgb
 from golden.scene.builtin.furnace import furnace
 from golden.scene.builtin.shapes import box
@@ -268,12 +269,10 @@ def test_each_point_is_shaded_with_its_own_random_numbers(monkeypatch):
     """Those that mirrored and refracted rays of one hit meet, too."""
     seeds = []
 
-    def irradiance(light, points, keys, rank=None, ranks=1):
-        # Ranks beyond those of a pixel's fields are of rays that gather light.
-        if rank is not None and ranks <= 4:
+    def irradiance(light, points, keys, rank=None):
+        # Others are of elements, or where rays that gather light end.
+        if light._samples == SMALL["light_samples"]:
             seeds.append(np.stack([keys, rank.astype(np.uint64)], axis=1))
-            assert set(rank.tolist()) in (set(), set(range(4)))
-            assert ranks == 4
         return np.ones((len(points), 3))
     monkeypatch.setattr(DirectLight, "irradiance", irradiance)
     wall = Material(name="wall", diffuse=(0.5, 0.5, 0.5))
@@ -283,6 +282,16 @@ def test_each_point_is_shaded_with_its_own_random_numbers(monkeypatch):
     assert result.stats["rays"]["reflection"]["hits"] == result.stats["rays"]["refraction"]["hits"] == 480
     seeds = np.concatenate(seeds)
     assert len(np.unique(seeds, axis=0)) == len(seeds) == 960
+
+
+@pytest.mark.parametrize("side", [1, 2, 3, 5])
+def test_random_primary_rays_of_a_pixel_share_no_column_row_or_field(side):
+    screen = Screen(camera=looking((0, 0, 1), (0, 0, 0)), width=7, height=5)
+    within = _Pixels(None, None, screen, RenderSettings(samples=side**2), False)._within(np.arange(35))
+    field = np.stack([np.arange(side**2) % side, np.arange(side**2) // side], axis=1)
+    line = ((field + within.reshape(35, side**2, 2)) * side).astype(int)
+    assert ((within >= 0) & (within < 1)).all()
+    np.testing.assert_array_equal(np.sort(line, axis=1), np.broadcast_to(np.arange(side**2)[:, None], line.shape))
 
 
 def test_a_point_light_on_a_floor_is_exact():
