@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from golden.light.factors.interface import view_factors as view_factors
     from golden.light.factors.view_factors import ViewFactors as ViewFactors
     from golden.light.photometry.sensors import Sensors as Sensors
+    from golden.light.preview import Preview as Preview
     from golden.light.render_statistics import RenderStatistics as RenderStatistics
+    from golden.light.solvers.on_demand import Shooting as Shooting
     from golden.light.two_pass import RenderResult as RenderResult
     from golden.scene.camera import Camera as Camera
     from golden.scene.lights import DirectionalLight as DirectionalLight
@@ -45,11 +47,13 @@ _MODULES = {
     "MachineCastResult": "radiosity.machine_cast",
     "Material": "golden.scene.material",
     "PointLight": "golden.scene.lights",
+    "Preview": "golden.light.preview",
     "Rays": "golden.cast.rays",
     "RenderResult": "golden.light.two_pass",
     "RenderStatistics": "golden.light.render_statistics",
     "Scene": "golden.scene.scene",
     "Sensors": "golden.light.photometry.sensors",
+    "Shooting": "golden.light.solvers.on_demand",
     "ViewFactors": "golden.light.factors.view_factors",
     "cast": "radiosity.api.cast",
     "export_verilog": "radiosity.api.export_verilog",

@@ -23,6 +23,7 @@ from golden.commands.parameters import (
 )
 from golden.commands.photometric_options import PHOTOMETRIC, PHOTOMETRIC_NAMES
 from golden.commands.quality_options import quality_options
+from golden.commands.shooting_options import SHOOTING, SHOOTING_NAMED, shooting_of
 from golden.commands.workers import WORKERS, worker_pool
 from golden.plural import counted
 
@@ -34,7 +35,7 @@ _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--
           "light_samples": "--light-samples", "depth": "--depth", "elements": "--elements", "seed": "--seed",
           "jobs": "--jobs", "azimuths": "--rays", "polars": "--rays", "cell": "--cell", "fov": "--fov",
           "target": "--target", "up": "--up", "zenith": "--zenith", "clusters": "--clusters",
-          "sensor_table": "--sensor-table", "decades": "--decades", **DAYLIGHT_NAMED}
+          "sensor_table": "--sensor-table", "decades": "--decades", **DAYLIGHT_NAMED, **SHOOTING_NAMED}
 
 
 def render_command(*methods: CastingMethod, method: str | None = None, quality: str = "normal",
@@ -70,6 +71,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
                   "number of elements]")
     @click.option("--solver", type=click.Choice(SOLVERS), default="conjugate-gradient", metavar="NAME",
                   help=f"Choose the solver of the radiosity system: {', '.join(SOLVERS)}.")
+    @add_options(SHOOTING)
     @click.option("--elements", type=int, default=3000, help="Set about how many elements the first pass has, unless "
                   "the scene is finer.")
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.  [default: by --elements]")
@@ -96,7 +98,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
         """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
         method = method_of(method, counts_cells=cell is not None or heatmap is not None)
         chosen, options = options_of(methods, method, given)
-        daylight = daylight_of(given)
+        daylight, (shooting, preview) = daylight_of(given), shooting_of(given)
         pool = worker_pool(workers, method, chosen, cell=cell)
         from golden.light.two_pass import RenderSettings
         from golden.scene.luminaires.luminaire import Luminaire
@@ -105,11 +107,12 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
 
         # Another package's method casts shelling's frusta.
         settings = RenderSettings(width=size[0], height=size[1], samples=samples, light_samples=light_samples,
-                                  depth=depth, rays=rays, solver=solver, elements=elements, max_edge=max_edge,
-                                  max_area=max_area, method="shelling" if chosen else method, cell=cell, jobs=jobs,
-                                  seed=seed)
+                                  depth=depth, rays=rays, solver=solver, shooting=shooting, elements=elements,
+                                  max_edge=max_edge, max_area=max_area, method="shelling" if chosen else method,
+                                  cell=cell, jobs=jobs, seed=seed)
         photometry = Photometry(**{name: given[name] for name in PHOTOMETRIC_NAMES})
-        files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry, bits=int(given["bits"]),
+        files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry, preview=preview,
+                            bits=int(given["bits"]),
                             **{name: given[name] for name in ("exposure", "tone", "gamma")})
         view = View(**{name: given[name] for name in ("eye", "target", "up", "fov", "zenith", "sky")},
                     daylight=daylight, luminaires=tuple(Luminaire(path=path, place=place[:3], turn=place[3])

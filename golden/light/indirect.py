@@ -16,9 +16,12 @@ from golden.light.elements import Elements
 from golden.light.glass import Glass
 from golden.light.lattice import Lattice
 from golden.light.node_rows import NodeRows, joined
+from golden.light.piece_rows import PieceRows
 from golden.light.pieces import MIDDLES, Pieces
+from golden.light.preview import Preview
 from golden.light.sampling import mix, uniform
 from golden.light.solvers import SOLVERS, RadiositySystem, Solution
+from golden.light.solvers.on_demand import Shooting, shoot
 from golden.light.surface_points import SurfacePoints, bilinear
 from golden.light.tally import Tally
 from golden.scene.refine import Refinement
@@ -34,6 +37,8 @@ LEAST_LEFT = 0.01
 # Adaptive refinement: elements whose corners differ by more than this share of the scene's mean are cut CUTS times
 # along each side; at most one element in EVERY.
 CONTRAST, CUTS, EVERY = 0.05, 4, 40
+# Least reflectance of a piece in shooting.
+BLACK = 1e-6
 # Nodes whose hemispheres are timed for an estimate.
 TIMED = 8
 
@@ -65,6 +70,8 @@ class IndirectLight:
         Casts hemispheres at further points.
     solution
         The radiosity solver's report.
+    nodes
+        Number of the hemispheres cast.
     has_buried
         Whether nodes of curved surfaces are inside bodies.
     """
@@ -83,12 +90,8 @@ class IndirectLight:
     radiosity: np.ndarray
     rows: NodeRows
     solution: Solution
+    nodes: int
     has_buried: bool
-
-    @property
-    def nodes(self) -> int:
-        """Number of all nodes."""
-        return len(self.irradiance) + len(self.refined_irradiance)
 
     def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
         """Interpolated irradiance over pi at K points of patches, K x 3; ``front``: on the front side."""
@@ -132,8 +135,8 @@ class IndirectLight:
 
 
 def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: Tally, *, hemisphere: Hemisphere,
-                   solver: str, light_samples: int, seed: int, spread: Spread = in_turn,
-                   progress: bool = False,
+                   solver: str, light_samples: int, seed: int, shooting: Shooting | None = None,
+                   preview: Preview | None = None, spread: Spread = in_turn, progress: bool = False,
                    estimate: Callable[[int, float], None] | None = None) -> IndirectLight:
     """Solve the radiosity system of a scene's elements for the light that they reflect.
 
@@ -144,6 +147,10 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     which patches mirror. Other specular shares, and what other clear patches mirror, count as diffuse in this pass. The
     background illuminates a node through the rays that hit nothing. Channels that see coloured glass or mirrors
     differently have systems of their own.
+
+    With ``shooting`` the hemispheres of nodes are not cast, and nothing is refined: bright pieces of elements shoot
+    their light through a hemisphere from their middles, and the nodes have the mean of the light around them. This
+    finds no light of a background.
 
     Parameters
     ----------
@@ -159,6 +166,10 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         Shadow rays per element to area lights, rounded up to a multiple of 4.
     seed
         Seed of the samples.
+    shooting
+        Casts rows when they are needed, in place of ``solver``.
+    preview
+        Draws pictures between the steps of ``shooting``.
     spread
         Casts spans of the hemispheres. Default: one after the other.
     progress
@@ -176,12 +187,11 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     glass = Glass(scene)
     rows = NodeRows(scene, pieces, glass, frusta=frusta, caster=caster, tally=tally, progress=progress)
     if estimate:
-        # Adaptive refinement cuts some elements, each into a sheet of nodes of its own.
-        most = len(elements.lattice.nodes[0]) + len(elements) // EVERY * (CUTS + 1)**2
-        uncounted = NodeRows(scene, pieces, glass, frusta=frusta, caster=caster, tally=Tally())
-        estimate(most, _seconds_each(uncounted, elements.lattice.nodes, hemisphere))
+        _estimate(estimate, NodeRows(scene, pieces, glass, frusta=frusta, caster=caster, tally=Tally()), elements,
+                  hemisphere, len(pieces) if shooting else None)
     with tally.stage("form factors"):
-        nodes = rows.cast(*elements.lattice.nodes, hemisphere, spread)
+        nodes = PieceRows(scene, elements, pieces, rows, hemisphere, spread) if shooting else rows.cast(
+            *elements.lattice.nodes, hemisphere, spread)
         mean = _mean_of_open(pieces.of_corners, nodes.buried)
         of_elements = pieces.of_elements(~pieces.is_blind & (mean.sum(axis=1) > 0))
     with tally.stage("direct light of elements"):
@@ -192,23 +202,25 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     with tally.stage("solver"):
         shares = _shares(scene, elements)
         reflectance, own = _reflectance(shares, glass, elements.patch), pieces.element
-        solutions = [SOLVERS[solver](RadiositySystem(
-            form_factors=(mean @ matrix).tocsr(), reflectance=np.minimum(reflectance[own], 1),
-            emission=reflectance[own] * (direct + mean @ nodes.sky) + thrown, area=pieces.area,
-            centre=elements.centre[own], normal=elements.normal[own]), progress=progress) for matrix in nodes.factors]
-        radiosity, ambient = (joined(rows.groups, [getattr(one, name) for one in solutions])
-                              for name in ("radiosity", "ambient"))
-        display = radiosity + ambient
+        # What arrives at black pieces follows from what they reflect: in shooting none is quite black.
+        reflects = np.clip(reflectance[own], BLACK if shooting else 0.0, 1)
+        emission = reflectance[own] * (direct + mean @ nodes.sky) + thrown
+        systems = [RadiositySystem(form_factors=factors, reflectance=reflects, emission=emission, area=pieces.area,
+                                   centre=elements.centre[own], normal=elements.normal[own])
+                   for factors in nodes.of_pieces(mean)]
+        solutions = [_solution(system, solver, shooting, preview and preview.watch(pieces, channels), progress)
+                     for system, channels in zip(systems, rows.groups, strict=True)]
+        radiosity, ambient, display = (joined(rows.groups, [getattr(one, name) for one in solutions])
+                                       for name in ("radiosity", "ambient", "display"))
         solution = replace(max(solutions, key=lambda one: one.steps), radiosity=of_elements @ radiosity,
                            ambient=of_elements @ ambient, converged=all(one.converged for one in solutions))
-        irradiance = nodes.gathered(display)
+        irradiance = nodes.settle((display - emission) / reflects, (radiosity > emission).any(axis=1)) \
+            if shooting else nodes.gathered(display)
         received = of_elements @ (direct + mean @ irradiance)
     with tally.stage("adaptive refinement"):
         usable = contacts.sees & ~nodes.buried[contacts.nodes][:, None]
-        row = contacts.row[elements.position.cell]
-        # Where a corner is hidden or buried, light is gathered rather than interpolated.
-        hidden = np.append(~usable.all(axis=(1, 2)), False)[row]
-        chosen = _contrasting(elements, irradiance, nodes.buried, hidden)
+        chosen = np.zeros(0, dtype=int) if shooting else _contrasting(
+            elements, irradiance, nodes.buried, usable, contacts.row[elements.position.cell])
         refined = elements.refined(chosen, CUTS)
         fine_nodes = rows.cast(*refined.nodes, hemisphere, spread)
         fine = _fill(refined.neighbours, fine_nodes.gathered(display), fine_nodes.buried)
@@ -220,7 +232,20 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
                          usable=usable, pieces=pieces, display=display, reflectance=reflectance, received=received,
                          radiosity=scene.channels("emission")[elements.patch] + np.where(
                              glass.mirrors[elements.patch][:, None], shares * received, solution.display), rows=rows,
-                         solution=solution, has_buried=bool(nodes.buried[curved].any()))
+                         solution=solution, nodes=nodes.cast if shooting else len(irradiance) + len(fine),
+                         has_buried=bool(nodes.buried[curved].any()))
+
+
+def _solution(system, solver, shooting, watch, progress):
+    if shooting:
+        return shoot(system, shooting, watch=watch, progress=progress)
+    return SOLVERS[solver](system, progress=progress)
+
+
+def _estimate(estimate, rows, elements, hemisphere, shooters):
+    """Call ``estimate``; adaptive refinement cuts some elements, each into a sheet of nodes of its own."""
+    most = len(elements.lattice) + len(elements) // EVERY * (CUTS + 1)**2 if shooters is None else shooters
+    estimate(most, _seconds_each(rows, elements.lattice.nodes, hemisphere))
 
 
 def _seconds_each(rows, nodes, hemisphere):
@@ -300,11 +325,13 @@ def _mean_of_open(of_corners, buried):
     return sparse.diags_array(1 / np.where(total > 0, total, 1)) @ mean
 
 
-def _contrasting(elements, irradiance, buried, hidden):
+def _contrasting(elements, irradiance, buried, usable, row):
     """The elements whose corners differ most, as numbers: only quadrilaterals with a corner outside bodies.
 
-    Not those that are ``hidden``, C bool.
+    Where a corner is hidden or buried, light is gathered rather than interpolated: not those whose ``row`` of contacts
+    is not all ``usable``.
     """
+    hidden = np.append(~usable.all(axis=(1, 2)), False)[row]
     corners = irradiance.mean(axis=1)[elements.position.nodes]
     inside = buried[elements.position.nodes]
     # A corner inside a body carries no information on the light outside: it counts as dark.

@@ -41,6 +41,10 @@ class Rows:
     sky: np.ndarray
     buried: np.ndarray
 
+    def of_pieces(self, mean: sparse.csr_array) -> list[sparse.csr_array]:
+        """For each group the form factors from pieces to pieces: ``mean`` is their sparse P x M interpolation."""
+        return [(mean @ matrix).tocsr() for matrix in self.factors]
+
     def gathered(self, radiosity: np.ndarray) -> np.ndarray:
         """Irradiance over pi, M x 3, if the P pieces have these radiosities, P x 3."""
         return joined(self.groups, [matrix @ radiosity for matrix in self.factors]) + self.sky

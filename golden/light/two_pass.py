@@ -1,7 +1,7 @@
 """The picture of a scene in two passes: indirect light by radiosity, all else by ray tracing."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from math import isqrt
 from numbers import Integral
@@ -25,10 +25,12 @@ from golden.light.near_lights import NearPairs, near_knots
 from golden.light.photometry.quantities import EFFICACY, lux
 from golden.light.photometry.sensor_light import sensor_light
 from golden.light.photometry.sensors import Sensors
+from golden.light.preview import Preview
 from golden.light.render_statistics import RenderStatistics
 from golden.light.sampling import mix, pixel_ranks, uniform
 from golden.light.seen_points import SeenPoints
 from golden.light.solvers import SOLVERS
+from golden.light.solvers.on_demand import Shooting
 from golden.light.tally import Tally
 from golden.light.tone import luminance, tone_map
 from golden.output import check_outputs
@@ -36,6 +38,7 @@ from golden.progress_bar import progress_bar
 from golden.scene.camera import Camera
 from golden.scene.refine import Refinement, refine
 from golden.scene.scene import Scene
+from golden.scene.sky.sky import Sky
 from golden.spread import in_threads, in_turn, spans
 
 __all__ = ["RenderResult", "RenderSettings", "render"]
@@ -85,6 +88,8 @@ class RenderSettings:
         if it can, else by ``grid``.
     cell
         Cell size of ``method``, as a share of the scene's longest side, 1/256 to 1. Default: the method's own.
+    shooting
+        Rows of the radiosity system are cast when their elements shoot, in place of ``solver``. Default: all rows are.
     seed
         Seed of all samples, at least 0.
     jobs
@@ -106,6 +111,7 @@ class RenderSettings:
     max_edge: float | None = None
     max_area: float | None = None
     solver: str = "conjugate-gradient"
+    shooting: Shooting | None = None
     method: str | None = None
     cell: float | None = None
     seed: int = 0
@@ -132,6 +138,8 @@ class RenderSettings:
                 known = ", ".join(choices)
                 raise InputError(f"{name.capitalize()} must be one of {known}, not {getattr(self, name)!r}",
                                  parameter=name)
+        if self.shooting is not None and not isinstance(self.shooting, Shooting):
+            raise InputError(f"Shooting must be a Shooting or None, not {self.shooting!r}", parameter="shooting")
         if self.method in FIXED_METHODS:
             self._check_fixed()
 
@@ -224,8 +232,8 @@ class RenderResult:
 
 
 def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: Sensors | None = None,
-           with_received: bool = False, frusta=None, workers=None, progress: bool = False,
-           estimate: Callable[[int, float], None] | None = None) -> RenderResult:
+           with_received: bool = False, frusta=None, workers=None, preview: Preview | None = None,
+           progress: bool = False, estimate: Callable[[int, float], None] | None = None) -> RenderResult:
     """Render a scene.
 
     Parameters
@@ -244,6 +252,8 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
         Caster of hemispheres and primary rays, see `golden.cast.ray_frusta.RayFrusta`. Default: that of the method.
     workers
         A `golden.workers.pool.WorkerPool` that casts the hemispheres of elements and the rays of pixels. Default: none.
+    preview
+        Draws pictures between the steps of the settings' ``shooting``. Default: none.
     progress
         Shows progress bars for steps of more than two seconds.
     estimate
@@ -259,6 +269,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     if not scene.is_lit:
         raise InputError(f"scene {scene.name!r}: it has no light: no material emits, and it has no point light and "
                          f"no background")
+    _check_shooting(scene, settings, preview)
     tally = Tally()
     in_spans = settings.method in RAY_METHODS and frusta is None
     with tally.stage("cells"):
@@ -274,8 +285,10 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     with tally.stage("elements"):
         refinement = _refinement(scene, settings, caster)
     hemisphere = Hemisphere(*(settings.rays or _hemisphere_rays(len(refinement.parent), ELEMENT_GRIDS, ELEMENT_RAYS)))
+    screen = Screen(camera=camera, width=settings.width, height=settings.height)
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
                               light_samples=ELEMENT_SAMPLES * settings.light_samples, seed=settings.seed,
+                              shooting=settings.shooting, preview=preview and preview.of(scene, screen, caster),
                               spread=spread, progress=progress, estimate=estimate)
     measured = None
     if sensors is not None:
@@ -286,13 +299,20 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
                 light_samples=min(SENSOR_SAMPLES * settings.light_samples, len(around)))
     primary = tally.counting("primary", frusta)
     shader = _Shader(scene, caster, tally, indirect, settings, with_received)
-    screen = Screen(camera=camera, width=settings.width, height=settings.height)
     with tally.stage("image"):
         pixels = _Pixels(primary, shader, screen, settings, frusta.regular)
         image, tests, steps, received = _image(pixels, screen, settings, spread, progress)
     return RenderResult(image=image, tests=tests, steps=steps, received=received if with_received else None,
                         sensors=measured, indirect=indirect,
                         stats=_stats(scene, settings, hemisphere, indirect, tally))
+
+
+def _check_shooting(scene, settings, preview):
+    if preview and not settings.shooting:
+        raise InputError("render: A preview needs shooting", parameter="preview")
+    if settings.shooting and (isinstance(scene.background, Sky) or any(scene.background)):
+        raise InputError(f"scene {scene.name!r}: It has a background, whose light hemispheres of all elements find: "
+                         "rows cannot be cast on demand", parameter="shooting")
 
 
 def _refinement(scene, settings, caster) -> Refinement:
@@ -469,8 +489,8 @@ def _stats(scene, settings, hemisphere, indirect, tally):
     total = {count: sum(kind[count] for kind in kinds.values()) for count in ("rays", "hits", "tests", "steps")}
     return {
         "scene": scene.name,
-        "settings": {field.name: getattr(settings, field.name) for field in fields(settings)}
-        | {"rays": [hemisphere.azimuths, hemisphere.polars]},
+        "settings": asdict(settings) | {"rays": [hemisphere.azimuths, hemisphere.polars]}
+        | ({"solver": "shooting"} if settings.shooting else {}),
         "patches": len(scene),
         "elements": len(indirect.elements),
         "nodes": indirect.nodes,

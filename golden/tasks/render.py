@@ -7,6 +7,7 @@ from pathlib import Path
 
 from golden.image import false_colour, write_png
 from golden.input_warnings import warn
+from golden.light.preview import Preview
 from golden.light.two_pass import RenderResult, RenderSettings, render
 from golden.output import check_inputs_stay, check_named_once, check_outputs, whole_file
 from golden.scene.lights import PointLight
@@ -97,6 +98,8 @@ class RenderFiles:
         For the statistics. (.json)
     heatmap
         The beginning of the names of two pictures: patch tests and cell steps of each pixel.
+    preview
+        Draws pictures while elements shoot.
     exposure, tone, gamma, bits
         See `golden.light.tone.tone_map`, for every .png.
 
@@ -110,6 +113,7 @@ class RenderFiles:
     photometry: Photometry = field(default_factory=Photometry)
     stats: Path | None = None
     heatmap: Path | None = None
+    preview: Preview | None = None
     exposure: float | None = None
     tone: str = "reinhard"
     gamma: float | None = None
@@ -124,7 +128,8 @@ class RenderFiles:
     @property
     def outputs(self) -> tuple[Path | None, ...]:
         """All files that are written."""
-        return *self.images, *self.heatmaps, self.stats, *self.photometry.outputs
+        preview = self.preview and self.preview.path
+        return *self.images, *self.heatmaps, self.stats, preview, *self.photometry.outputs
 
     @property
     def heatmaps(self) -> tuple[Path, ...]:
@@ -182,7 +187,8 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     camera = view.camera(opened)
     with caster(opened) as cast:
         result = render(opened, camera=camera, settings=settings, frusta=cast, workers=workers, progress=progress,
-                        sensors=sensors, with_received=files.photometry.false_colour is not None, estimate=estimate)
+                        sensors=sensors, with_received=files.photometry.false_colour is not None,
+                        preview=files.preview, estimate=estimate)
     zenith = zenith_line(scene, opened, is_given=view.zenith is not None,
                          facing=None if sensors is None else sensors.normal)
     stats, text = {**result.stats, "zenith": list(map(float, opened.up))}, f"{summary(result.stats)}\n{zenith}"

@@ -2,6 +2,7 @@
 
 from golden.errors import InputError
 from golden.light.photometry.sensors import Sensors
+from golden.light.preview import Preview
 from golden.light.two_pass import RenderResult, RenderSettings
 from golden.light.two_pass import render as render_by
 from golden.scene.camera import Camera
@@ -12,8 +13,8 @@ __all__ = ["render"]
 
 
 def render(scene: Scene, *, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
-           sensors: Sensors | None = None, jobs: int | None = None, seed: int = 0, progress: bool = False,
-           **settings) -> RenderResult:
+           sensors: Sensors | None = None, preview: Preview | None = None, jobs: int | None = None, seed: int = 0,
+           progress: bool = False, **settings) -> RenderResult:
     """A picture: indirect light by radiosity, everything else by ray tracing.
 
     Parameters
@@ -26,6 +27,8 @@ def render(scene: Scene, *, camera: Camera | None = None, size: tuple[int, int] 
         Width and height in pixels.
     sensors
         Points at which light is measured.
+    preview
+        Draws pictures between the steps of ``shooting``.
     jobs
         Threads; the picture does not depend on them. Default: one per processor that this process may use.
     seed
@@ -34,7 +37,7 @@ def render(scene: Scene, *, camera: Camera | None = None, size: tuple[int, int] 
         Shows progress bars for steps of more than two seconds.
     settings
         Others of `golden.light.two_pass.RenderSettings`: ``samples``, ``light_samples``, ``depth``, ``rays``,
-        ``elements``, ``max_edge``, ``max_area``, ``solver``, ``method``, ``cell``.
+        ``elements``, ``max_edge``, ``max_area``, ``solver``, ``shooting``, ``method``, ``cell``.
 
     Returns
     -------
@@ -51,4 +54,4 @@ def render(scene: Scene, *, camera: Camera | None = None, size: tuple[int, int] 
         raise InputError(f"Size must be a width and a height, not {size!r}", parameter="size") from None
     chosen = RenderSettings(width=width, height=height, jobs=jobs, seed=seed, **settings)
     return render_by(scene, camera=camera or default_camera(scene), settings=chosen, sensors=sensors,
-                     progress=progress)
+                     preview=preview, progress=progress)

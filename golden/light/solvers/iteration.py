@@ -1,6 +1,6 @@
 """Common part of all solvers: a sequence of states, its end, and its result."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
@@ -41,7 +41,8 @@ class Solution:
     steps
         Steps: sweeps over all patches of a gathering solver, shots of a shooting one.
     errors
-        ``steps`` x 3: sum of the absolute residuals over the largest radiosity, of each channel after each step.
+        ``steps`` x 3: of each channel after each step the sum of the absolute residuals over the largest radiosity, or
+        the solver's own measure.
     converged
         Whether the last errors are all below the tolerance.
     """
@@ -67,8 +68,20 @@ def error_of(state: State) -> np.ndarray:
     return np.divide(residual, largest, out=np.where(residual > 0, np.inf, 0.0), where=largest > 0)
 
 
-def iterate(states: Iterator[State], *, tolerance: float, max_steps: int, progress: bool = False) -> Solution:
+def iterate(states: Iterator[State], *, tolerance: float, max_steps: int, progress: bool = False,
+            error: Callable[[State], np.ndarray] = error_of) -> Solution:
     """Draw states until every channel's error is below ``tolerance``, ``max_steps`` at most.
+
+    Parameters
+    ----------
+    states
+        The solver's states.
+    tolerance, max_steps
+        When it ends.
+    progress
+        Shows a progress bar after two seconds.
+    error
+        Function from a state to the errors of the three channels.
 
     Raises
     ------
@@ -82,7 +95,7 @@ def iterate(states: Iterator[State], *, tolerance: float, max_steps: int, progre
     errors = []
     with progress_bar(desc="radiosity", unit="step", delay=2, disable=not progress) as bar:
         for state in islice(states, max_steps):
-            errors.append(error_of(state))
+            errors.append(error(state))
             bar.update()
             if (errors[-1] < tolerance).all():
                 break

@@ -3,7 +3,7 @@
 Rows of form factors are computed when their patches shoot.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import count
 
 import numpy as np
@@ -12,7 +12,7 @@ from golden.errors import InputError
 from golden.light.solvers.iteration import TOLERANCE, Solution, State, iterate
 from golden.light.solvers.system import RadiositySystem
 
-__all__ = ["ambient_overshooting", "progressive_refinement", "proximity_refinement"]
+__all__ = ["ambient_overshooting", "progressive_refinement", "proximity_refinement", "shots"]
 
 # Default of the most shots per patch, on average.
 _SHOTS = 1000
@@ -21,9 +21,6 @@ _SHOTS = 1000
 _SIMILAR = np.cos(np.radians(30.0))
 _BRIGHT = 0.1
 
-# Choice of the patches of the next step: from N x 3 amounts to shoot to the numbers of k patches.
-_Choice = Callable[[np.ndarray], np.ndarray]
-
 
 def progressive_refinement(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int | None = None,
                            progress: bool = False) -> Solution:
@@ -31,8 +28,7 @@ def progressive_refinement(system: RadiositySystem, *, tolerance: float = TOLERA
 
     Source: Shen 1993, Eq. 2.12; Cohen et al. 1988.
     """
-    energy = _Energy(system)
-    return _refine(system, energy, energy.brightest, tolerance=tolerance, max_steps=max_steps, progress=progress)
+    return _refine(system, shots(system), tolerance=tolerance, max_steps=max_steps, progress=progress)
 
 
 def ambient_overshooting(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int | None = None,
@@ -43,9 +39,7 @@ def ambient_overshooting(system: RadiositySystem, *, tolerance: float = TOLERANC
 
     Source: Shen 1993, section 2.2.2.3; Feda and Purgathofer 1992.
     """
-    energy = _Energy(system)
-    return _refine(system, energy, energy.brightest, overshoot=1.0, tolerance=tolerance, max_steps=max_steps,
-                   progress=progress)
+    return _refine(system, shots(system, overshoot=1.0), tolerance=tolerance, max_steps=max_steps, progress=progress)
 
 
 def proximity_refinement(system: RadiositySystem, *, group: int = 8, tolerance: float = TOLERANCE,
@@ -66,21 +60,31 @@ def proximity_refinement(system: RadiositySystem, *, group: int = 8, tolerance: 
 
     Source: Shen 1993, section 2.5.
     """
-    if system.centre is None or system.normal is None:
-        raise InputError("solver: Centre and normal must be given for proximity")
+    return _refine(system, shots(system, group=group), tolerance=tolerance, max_steps=max_steps, progress=progress)
+
+
+def shots(system: RadiositySystem, *, group: int = 1, overshoot: float = 0.0) -> Iterator[State]:
+    """The states before each step of shooting.
+
+    Parameters
+    ----------
+    system
+        The system; of more shooters than one in a step with centres and normals.
+    group
+        Patches that shoot in a step, at most: the brightest one, and those near it with similar normals.
+    overshoot
+        Share of a patch's expected gain from the ambient light that it shoots too.
+
+    Raises
+    ------
+    InputError
+        The system has no centres or normals, or a group is less than 1.
+    """
     if not group >= 1:
         raise InputError(f"solver: Group must be at least 1, not {group!r}")
-    energy = _Energy(system)
-
-    def neighbours(amounts):
-        share = energy(amounts)
-        first = int(share.argmax())
-        distance = ((system.centre - system.centre[first]) ** 2).sum(axis=1)
-        fit = (system.normal @ system.normal[first] >= _SIMILAR) & (share >= _BRIGHT * share[first]) & (share > 0)
-        near = np.flatnonzero(fit)
-        return near[np.argsort(distance[near], kind="stable")[:group]]
-
-    return _refine(system, energy, neighbours, tolerance=tolerance, max_steps=max_steps, progress=progress)
+    if group > 1 and (system.centre is None or system.normal is None):
+        raise InputError("solver: Centre and normal must be given for proximity")
+    return _shots(system, group, overshoot)
 
 
 class _Energy:
@@ -89,21 +93,30 @@ class _Energy:
     def __init__(self, system):
         emitted = (system.area[:, None] * system.emission).sum(axis=0)
         self._weight = system.area[:, None] * np.divide(1.0, emitted, out=np.zeros(3), where=emitted > 0)
+        self._centre, self._normal = system.centre, system.normal
 
     def __call__(self, amounts):
         return (self._weight * np.abs(amounts)).sum(axis=1)
 
-    def brightest(self, amounts):
-        return self(amounts).argmax(keepdims=True)
+    def brightest(self, amounts, group):
+        """The brightest patch, and so many of its bright neighbours that there are ``group`` in all, at most."""
+        share = self(amounts)
+        first = int(share.argmax())
+        if group == 1:
+            return np.array([first])
+        fit = (self._normal @ self._normal[first] >= _SIMILAR) & (share >= _BRIGHT * share[first]) & (share > 0)
+        near = np.flatnonzero(fit)
+        distance = ((self._centre[near] - self._centre[first]) ** 2).sum(axis=1)
+        return near[np.argsort(distance, kind="stable")[:group]]
 
 
-def _refine(system, energy, choose: _Choice, *, tolerance, max_steps, progress, overshoot=0.0) -> Solution:
-    return iterate(_shots(system, energy, choose, overshoot), tolerance=tolerance,
-                   max_steps=_SHOTS * len(system) if max_steps is None else max_steps, progress=progress)
+def _refine(system, states, *, tolerance, max_steps, progress) -> Solution:
+    return iterate(states, tolerance=tolerance, max_steps=_SHOTS * len(system) if max_steps is None else max_steps,
+                   progress=progress)
 
 
-def _shots(system, energy, choose, overshoot) -> Iterator[State]:
-    shares = system.area / system.area.sum()
+def _shots(system, group, overshoot):
+    energy, shares = _Energy(system), system.area / system.area.sum()
     # Some light is absorbed even where all patches are white: the series is cut at a hundred reflections.
     reflections = 1.0 / np.maximum(1.0 - shares @ system.reflectance, 0.01)
     shot, unshot = np.zeros_like(system.emission), system.emission.copy()
@@ -116,7 +129,7 @@ def _shots(system, energy, choose, overshoot) -> Iterator[State]:
             left = energy(unshot).sum()
             overshoot, before = overshoot if left < before else overshoot / 2, left
         amounts = unshot + overshoot * ambient
-        patches = choose(amounts)
+        patches = energy.brightest(amounts, group)
         amounts = amounts[patches]
         shot[patches] += amounts
         unshot[patches] -= amounts

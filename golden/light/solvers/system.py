@@ -77,18 +77,24 @@ class RadiositySystem:
         i is known; reciprocity replaces the column by F_ij A_i / A_j, exact as far as the rows obey it.
         """
         if self._matrix is None:
-            return np.stack([self._column_on_demand(patch) for patch in patches.tolist()], axis=1)
+            return self._columns_on_demand(patches)
         if self._by_column is None:
             self._by_column = self._matrix.tocsc() if sparse.issparse(self._matrix) else np.asfortranarray(self._matrix)
         columns = self._by_column[:, patches]
         return columns.toarray() if sparse.issparse(columns) else columns
 
-    def _column_on_demand(self, patch):
-        if patch not in self._known:
-            row = self._provider.rows(np.array([patch]))
-            row = row.toarray() if sparse.issparse(row) else np.asarray(row)
-            self._known[patch] = row[0] * (self.area[patch] / self.area)
-        return self._known[patch]
+    @property
+    def rows_cast(self) -> int:
+        """Rows on demand that are known: those of the patches that have shot."""
+        return len(self._known)
+
+    def _columns_on_demand(self, patches):
+        missing = np.array([patch for patch in patches.tolist() if patch not in self._known], dtype=np.int64)
+        if len(missing):
+            rows = sparse.csr_array(self._provider.rows(missing))
+            self._known.update((patch, rows[[place]]) for place, patch in enumerate(missing.tolist()))
+        rows = np.stack([self._known[patch].toarray()[0] for patch in patches.tolist()], axis=1)
+        return rows * self.area[patches] / self.area[:, None]
 
 
 def _array(name, value, shape):

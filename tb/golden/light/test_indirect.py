@@ -1,21 +1,25 @@
 import numpy as np
 import pytest
+from PIL import Image
 from scipy import sparse
 
 from golden.cast.grid import Grid
-from golden.frustum import Hemisphere
+from golden.frustum import Hemisphere, Screen
 from golden.light import indirect
 from golden.light.analytic import point_to_polygon
 from golden.light.closed_forms import c_11, c_14
 from golden.light.direct import DirectLight
 from golden.light.final_gather import FinalGather
 from golden.light.indirect import indirect_light
+from golden.light.preview import Preview
 from golden.light.sampling import mix
 from golden.light.solvers import SOLVERS
+from golden.light.solvers.on_demand import Shooting
 from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
 from golden.scene.builtin.furnace import furnace
 from golden.scene.builtin.shapes import box
+from golden.scene.camera import Camera
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.scene.refine import refine
@@ -28,10 +32,12 @@ GREY = Material(name="grey", diffuse=(0.5, 0.5, 0.5))
 UNDER_SKY = scene_of((FLOOR, BLACK), (BLOCK, BLACK), background=SKY)
 
 
-def solve(scene, max_edge, *, rays=(64, 16), light_samples=16, seed=0, solver="conjugate-gradient", tally=None):
+def solve(scene, max_edge, *, rays=(64, 16), light_samples=16, seed=0, solver="conjugate-gradient", tally=None,
+          **shooting):
     caster = Grid(scene)
     return indirect_light(scene, refine(scene, max_edge=max_edge), caster, caster, tally or Tally(),
-                          hemisphere=Hemisphere(*rays), solver=solver, light_samples=light_samples, seed=seed)
+                          hemisphere=Hemisphere(*rays), solver=solver, light_samples=light_samples, seed=seed,
+                          **shooting)
 
 
 def on_floor(light, x, y):
@@ -217,3 +223,43 @@ def test_rays_are_counted():
     assert tally.kinds["shadow"]["rays"] == 5 * 16 * 4 * 2
     assert set(tally.seconds) == {"elements", "form factors", "direct light of elements", "solver",
                                   "adaptive refinement"}
+
+
+@pytest.mark.usefixtures("exact_direct_light")
+def test_rows_on_demand_give_a_furnace_the_light_of_all_rows():
+    """Of a closed room no ray is lost: what is short of the mean is the light that shooting leaves out."""
+    light = solve(furnace(1), 0.34, rays=(64, 16), shooting=Shooting(tolerance=1e-3))
+    np.testing.assert_allclose(light.pieces.area @ light.display / light.pieces.area.sum(), 1, rtol=1e-3)
+    np.testing.assert_allclose(light.irradiance, 1, rtol=0.1)
+    assert light.nodes == len(light.pieces)
+    assert len(light.refined_irradiance) == 0
+
+
+def test_rows_on_demand_are_those_of_bright_elements():
+    """A lamp above a floor, and another one below it: what no light reaches does not shoot."""
+    below = rectangle((-2, -2, -1), (4, 0, 0), (0, 4, 0))
+    lamp = Material(name="lamp", emission=(1, 1, 1))
+    lit = scene_of((FLOOR, GREY), (rectangle((-1, -1, 1), (0, 2, 0), (2, 0, 0)), lamp))
+    both = scene_of((FLOOR, GREY), (rectangle((-1, -1, 1), (0, 2, 0), (2, 0, 0)), lamp), (below, GREY))
+    alone, hidden = (solve(scene, 1, shooting=Shooting(tolerance=0.01, overshoot=False)) for scene in (lit, both))
+    assert hidden.nodes == alone.nodes > 0
+    assert len(hidden.pieces) > len(alone.pieces)
+
+
+def test_a_preview_shows_the_elements_between_the_steps(tmp_path):
+    pictures, lamp = [], Material(name="lamp", emission=(1, 1, 1))
+    scene = scene_of((FLOOR, GREY), (rectangle((-1, -1, 1), (0, 2, 0), (2, 0, 0)), lamp))
+    screen = Screen(camera=Camera(eye=(0, -4, 3), target=(0, 0, 0), fov=40), width=8, height=6)
+
+    class Kept(Preview):
+        def _draw(self):
+            super()._draw()
+            pictures.append(np.asarray(Image.open(self.path)))
+
+    preview = Kept(tmp_path / "preview.png", steps=2).of(scene, screen, Grid(scene))
+    light = solve(scene, 1, shooting=Shooting(tolerance=1e-4, shooters=1), preview=preview)
+    # The first state, and every second one.
+    assert len(pictures) == (light.solution.steps + 1) // 2
+    assert pictures[0].shape == (6, 8, 3)
+    assert [path.name for path in tmp_path.iterdir()] == ["preview.png"]
+    assert (pictures[-1] != pictures[0]).any()
