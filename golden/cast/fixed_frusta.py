@@ -8,15 +8,19 @@ from golden.cast.known_patches import hits_of_patches
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.ray_frusta import FrustumHits
 from golden.cast.rays import Hits
+from golden.cast.shadow_frusta import shadow_frusta
+from golden.cast.shadow_rays import ShadowHits, ShadowRays
 from golden.cast.shelling import Shelling
 from golden.config import Config, Icu
 from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
+from golden.frustum.shadow_record import ShadowRecord
 from golden.oracle import Oracle
 from golden.scene.g_coordinates import GCoordinates
 from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
 
-__all__ = ["MOST_ACROSS", "MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "ShellingFrusta", "shares"]
+__all__ = ["CELL", "MOST_ACROSS", "MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "ShellingFrusta",
+           "blocked_by_shelling", "shares"]
 
 # Most rays of a frustum: the largest ray memory.
 MOST_RAYS = 1 << 22
@@ -31,7 +35,9 @@ SAMPLES = 4
 
 
 class FixedFrusta(ABC):
-    """Casts hemispheres and screens in fixed point, with the members of `golden.cast.ray_frusta.RayFrusta`.
+    """Casts hemispheres, screens and shadow rays in fixed point.
+
+    It has the members of `golden.cast.ray_frusta.RayFrusta`, and `shadows`.
 
     Fixed point decides which patch a ray hits. The position of the hit follows in float64 from the ray that the
     integers represent.
@@ -89,6 +95,28 @@ class FixedFrusta(ABC):
         self._sample(record, 1, coordinates)
         return _Bundles(self._oracle, cast, record, count=1, together=1).hits
 
+    def shadows(self, rays: ShadowRays) -> ShadowHits:
+        """What is between points of lights and shaded points.
+
+        Raises
+        ------
+        InputError
+            A point of a light is not finite.
+        """
+        geometry = self._geometry_for(rays.points)
+        hits = ShadowHits(cast=np.zeros(len(rays), dtype=bool), blocked=np.zeros(len(rays), dtype=bool),
+                          tests=np.zeros(len(rays), dtype=np.int64), steps=np.zeros(len(rays), dtype=np.int64))
+        blocked_of = self._shadow_machine(geometry)
+        for rows, record, number in shadow_frusta(rays, geometry.coordinates):
+            blocked, tests, steps = blocked_of(record)
+            hits.cast[rows], hits.blocked[rows] = True, blocked[number]
+            hits.tests[rows], hits.steps[rows] = tests[number], shares(steps, len(rows))
+        return hits
+
+    @abstractmethod
+    def _shadow_machine(self, geometry: PatchGeometry):
+        """Function from a shadow frustum to its blocked rays, the tests of each ray, and the frustum's cell steps."""
+
     def _sample(self, record, count, coordinates):
         """Keep some of the frusta that will be requested, evenly spread, and their coordinates."""
         numbers = np.linspace(0, count - 1, min(SAMPLES, count), dtype=int)
@@ -96,12 +124,15 @@ class FixedFrusta(ABC):
 
     def _for(self, points):
         """Coordinates that hold the points, and the caster in them."""
-        geometry, cast = self._geometry, self._cast
-        lower, upper = geometry.coordinates.points([[0] * 3, [CONFIG.numbers.scene.high] * 3])
-        if not ((points >= lower) & (points <= upper)).all():
-            geometry = PatchGeometry.of(self._scene, CONFIG.numbers, points)
-            cast = self._machine(geometry)
-        return geometry.coordinates, cast
+        geometry = self._geometry_for(points)
+        return geometry.coordinates, self._cast if geometry is self._geometry else self._machine(geometry)
+
+    def _geometry_for(self, points):
+        """The patches in coordinates that hold the points."""
+        lower, upper = self._geometry.coordinates.points([[0] * 3, [CONFIG.numbers.scene.high] * 3])
+        if ((points >= lower) & (points <= upper)).all():
+            return self._geometry
+        return PatchGeometry.of(self._scene, CONFIG.numbers, points)
 
 
 class ShellingFrusta(FixedFrusta):
@@ -124,6 +155,9 @@ class ShellingFrusta(FixedFrusta):
         self._cell = CELL if cell is None else cell
         super().__init__(scene)
 
+    def _shadow_machine(self, geometry):
+        return blocked_by_shelling(geometry, self._cell)
+
     def _machine(self, geometry):
         shelling = Shelling(geometry, CONFIG, cell=self._cell)
 
@@ -136,6 +170,10 @@ class ShellingFrusta(FixedFrusta):
 
 class NaiveFixedFrusta(FixedFrusta):
     """Brute force in fixed point: all patches against all rays. The hits are those of `ShellingFrusta`."""
+
+    def _shadow_machine(self, geometry):
+        naive = NaiveFixed(geometry, CONFIG)
+        return lambda record: (naive.blocked(record), np.full(len(record), len(geometry)), 0)
 
     def _machine(self, geometry):
         naive = NaiveFixed(geometry, CONFIG)
@@ -150,6 +188,17 @@ def shares(total: int, count: int) -> np.ndarray:
     """A whole number divided evenly among so many: int64, the first ones have the remainder."""
     share, rest = divmod(total, count)
     return share + (np.arange(count) < rest)
+
+
+def blocked_by_shelling(geometry: PatchGeometry, cell: float):
+    """As `FixedFrusta._shadow_machine`, in cells of a share of the scene's longest side."""
+    shelling = Shelling(geometry, CONFIG, cell=cell)
+
+    def cast(record: ShadowRecord):
+        tests = np.zeros(len(record), dtype=np.int64)
+        blocked, counts = shelling.blocked(record, ray_tests=tests)
+        return blocked, tests, counts.cell_steps
+    return cast
 
 
 class _Bundles:

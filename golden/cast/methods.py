@@ -8,7 +8,7 @@ from golden.cast.shared_caster import SHARED, shared_caster
 from golden.processors import threads_of
 from golden.scene.scene import Scene
 
-__all__ = ["FIXED_METHODS", "FRUSTUM_METHODS", "RAY_METHODS", "frustum_caster", "ray_caster"]
+__all__ = ["FIXED_METHODS", "FRUSTUM_METHODS", "RAY_METHODS", "frustum_caster", "ray_caster", "shadow_caster"]
 
 
 def _shelling(scene, cell=None):
@@ -65,3 +65,8 @@ def frustum_caster(scene: Scene, method: str, *, cell: float | None = None, jobs
     if method in RAY_METHODS:
         return ray_caster(scene, method, cell=cell, jobs=jobs, progress=progress)
     return _shelling(scene, cell) if method == "shelling" else FRUSTUM_METHODS[method](scene)
+
+
+def shadow_caster(frusta):
+    """The caster of frusta if it casts shadow rays together, else None."""
+    return frusta if hasattr(frusta, "shadows") else None

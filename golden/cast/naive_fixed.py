@@ -1,12 +1,16 @@
 """Brute force in fixed point: all patches against all rays in the machine's integers, without windows."""
 
+import numpy as np
+
 from golden.cast.fixed_hits import FixedHits, read_out
 from golden.config import Config
 from golden.frustum import FrustumRecord
+from golden.frustum.shadow_record import ShadowRecord
 from golden.icu.inverse_distance import inverse_distance
 from golden.icu.patch_setup import PatchSetup
 from golden.icu.ray_memory import RayMemory
 from golden.icu.screening import cones, inside_cones
+from golden.icu.shadow_memory import ShadowMemory
 from golden.scene.patch_geometry import PatchGeometry
 
 __all__ = ["NaiveFixed"]
@@ -35,12 +39,28 @@ class NaiveFixed:
         InputError
             The frustum has more rays than ``icu.rays``.
         """
+        memory = RayMemory(len(record), self._config)
+        return read_out(memory, record, self._update(memory, record), self._config)
+
+    def blocked(self, record: ShadowRecord) -> np.ndarray:
+        """Whether anything is before the end of each ray of a shadow frustum: R bool.
+
+        Raises
+        ------
+        InputError
+            The frustum has more rays than ``icu.rays``.
+        """
+        memory = ShadowMemory(record, self._config)
+        self._update(memory, record)
+        return memory.blocked
+
+    def _update(self, memory, record):
+        """Add the hits of all rays; returns the patches."""
         config = self._config
         patches = PatchSetup(record, config).patches(self._geometry)
         owner, planes = cones(patches.planes)
         keep = patches.live[owner]
         owner, planes = owner[keep], planes[keep]
-        memory = RayMemory(len(record), config)
         directions = record.all_directions()
         for start in range(0, len(record), RAYS):
             block = directions[start:start + RAYS]
@@ -49,4 +69,4 @@ class NaiveFixed:
                 patch = owner[first + cone]
                 inverse = inverse_distance(patches.factor[patch], block[ray], config.numbers)
                 memory.update(start + ray, inverse, patch)
-        return read_out(memory, record, patches, config)
+        return patches

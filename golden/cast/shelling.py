@@ -16,11 +16,13 @@ from golden.cast.fixed_hits import FixedHits, read_out
 from golden.config import Config
 from golden.ctu.sector import Sector
 from golden.frustum import FrustumRecord
+from golden.frustum.shadow_record import ShadowRecord
 from golden.icu.inverse_distance import inverse_distance
 from golden.icu.patch_setup import Patches, PatchSetup
 from golden.icu.ray_memory import RayMemory
 from golden.icu.screening import cones
 from golden.icu.section_clip import section_clip
+from golden.icu.shadow_memory import ShadowMemory
 from golden.icu.window_walk import issue_cycles, walk_cycles
 from golden.memsys.cell_table import CellTable
 from golden.scene.cells import check_cell_size
@@ -164,6 +166,16 @@ class Shelling:
                   for sector, listed in zip(sectors, subshells or [None] * len(sectors), strict=True)]
         return read_out(memory, record, tests.patches, self._config), counts
 
+    def blocked(self, record: ShadowRecord, *, ray_tests: np.ndarray | None = None
+                ) -> tuple[np.ndarray, ShellingCounts]:
+        """Whether anything is before the end of each ray of a shadow frustum, R bool, and the counts.
+
+        ``ray_tests`` and the exceptions are those of `cast`.
+        """
+        memory = ShadowMemory(record, self._config)
+        tests = self.tests(record, memory, ray_tests=ray_tests)
+        return memory.blocked, self._cluster(record, Sector.whole(record), None, tests, memory, None)
+
     def _cluster(self, record, sector, subshells, tests, memory, requests):
         """All subshells of one section; clusters do not depend on each other."""
         cluster = self.cluster(record, sector)
@@ -184,7 +196,7 @@ class Shelling:
         return ClusterCasting(record, sector, self.table, patches=len(self.geometry), config=self._config,
                               by_code=self._by_code)
 
-    def tests(self, record: FrustumRecord, memory: RayMemory, *, references=None, ray_tests=None,
+    def tests(self, record: FrustumRecord, memory: RayMemory | ShadowMemory, *, references=None, ray_tests=None,
               block: int = BLOCK, lanes: int = 1) -> "Tests":
         """The tests of a frustum's rays, see `cast` and `Tests`; ``block`` rays of windows at once."""
         patches = PatchSetup(record, self._config).patches(self.geometry)

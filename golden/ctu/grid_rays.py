@@ -119,8 +119,8 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
 
 
 @lru_cache(maxsize=128)
-def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
-                half_angles: tuple[float, float]) -> GridRays:
+def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int], half_angles: tuple[float, float],
+                spread: float = 0) -> GridRays:
     """Grid rays of a shell (a slab of depth) for a screen.
 
     Parameters
@@ -130,6 +130,8 @@ def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
     bits, half_angles
         The full grid: ``2^bits`` columns (rows) over the slopes ``-half_angles`` to ``half_angles``; the pixels are its
         middle.
+    spread
+        Largest distance of a ray from the middle of its column and row, in columns and rows.
     """
     halves = [angle * count / 2.0**bit for count, bit, angle in zip(pixels, bits, half_angles, strict=True)]
     slope_scale, axes = screen_slope_scale(halves), []
@@ -140,7 +142,7 @@ def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int],
         rays = int(np.ceil(2 * (half + border) / step))
         slope = ((2 * np.arange(rays) + 1) / rays - 1) * (half + border)
         position = _position((slope + half) * scale)
-        reach = _reach(margins.screen_reach(shell, half, step, slope_scale) * scale)
+        reach = _reach(margins.screen_reach(shell, half, step, slope_scale) * scale + spread)
         border = int(_reach(margins.screen_sector_reach(shell, half, step, slope_scale) * scale))
         axes.append((_table(slope / slope_scale), position, border, reach, *_window(position, reach, count)))
     (x, column_position, column_border, column_reach, first_column, column_count), (

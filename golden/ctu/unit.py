@@ -73,7 +73,7 @@ class CellTraversalUnit:
         record = self.record
         if record.is_screen:
             return screen_rays(shell, (record.columns, record.rows), (record.column_bits, record.row_bits),
-                               record.half_angles)
+                               record.half_angles, 0.5 if record.spread else 0)
         return hemisphere_rays(shell, record.columns, record.rows)
 
     def borders(self, shell: int) -> tuple[int, int]:

@@ -97,6 +97,21 @@ class FrustumRecord:
         """Directions of all rays in the order of their numbers: R x 3 int64, signed 1.16."""
         return self.directions(np.arange(self.columns), np.arange(self.rows)[:, None]).reshape(-1, 3)
 
+    @property
+    def spread(self) -> int:
+        """Largest distance, in x and in y, of a ray from the middle of its position in the grid: units of 2^-16."""
+        return 0
+
+    def corner_directions(self, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Directions at the corners of P parts of a screen, P x 2 x 2 x 3 int64: their rays are between them.
+
+        Parameters
+        ----------
+        columns, rows
+            P x 2, the first and the last column and row of each part.
+        """
+        return self.directions(columns[:, :, None], rows[:, None, :])
+
     @cached_property
     def longest_direction(self) -> int:
         """Upper bound of the lengths of a hemisphere's directions, in units of 2^-16."""

@@ -78,7 +78,7 @@ def bound(factor: PlaneFactor, window: Window, record: FrustumRecord, config: Co
     if record.is_screen:
         column = np.stack([window.column_first, window.column_first + np.maximum(window.column_count, 1) - 1], axis=1)
         row = np.stack([window.row_first, window.row_first + np.maximum(window.row_count, 1) - 1], axis=1)
-        corners = record.directions(column[:, :, None], row[:, None, :])
+        corners = record.corner_directions(column, row)
         value = np.einsum("pi,pcri->pcr", factor.mantissa, corners).max(axis=(1, 2))
     else:
         lost = numbers.mantissa_bits - BOUND_BITS

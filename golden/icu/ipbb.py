@@ -58,7 +58,10 @@ class ImagePlaneWindows:
                 np.where((crosses & (runs >= 0)).any(axis=1), one, high))
 
     def _indices(self, low, high, size, bits):
-        """First and last of the table entries (2 i + 1 - size) / 2^bits that are in [low, high]."""
+        """First and last of the table entries (2 i + 1 - size) / 2^bits that are in [low, high].
+
+        Of a frustum whose rays are apart from the middles also those that are within half an entry's width.
+        """
         stages = self._config.icu.cordic_stages
-        middle = (size - 1) << stages
-        return -((-(low << bits) - middle) >> (stages + 1)), ((high << bits) + middle) >> (stages + 1)
+        middle, half = (size - 1) << stages, (self._record.spread > 0) << stages
+        return -((-(low << bits) - middle + half) >> (stages + 1)), ((high << bits) + middle + half) >> (stages + 1)

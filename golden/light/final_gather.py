@@ -40,12 +40,14 @@ class FinalGather:
         Counts the rays, as kind ``"gather"``, and their shadow rays.
     samples
         Rays per point.
+    frusta
+        As `DirectLight` takes it.
     """
 
-    def __init__(self, scene: Scene, indirect: IndirectLight, caster, tally: Tally, samples: int):
+    def __init__(self, scene: Scene, indirect: IndirectLight, caster, tally: Tally, samples: int, frusta=None):
         self._scene, self._indirect, self._samples = scene, indirect, samples
         self._caster = tally.counting("gather", caster)
-        self._light = DirectLight(scene, caster, tally, 1)
+        self._light = DirectLight(scene, caster, tally, 1, frusta=frusta)
         self._reach = REACH * np.sqrt(indirect.elements.area)
 
     def light(self, points: SurfacePoints, u: np.ndarray, v: np.ndarray, front: np.ndarray, keys: np.ndarray,

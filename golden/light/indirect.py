@@ -8,6 +8,7 @@ from math import isqrt
 import numpy as np
 from scipy import sparse
 
+from golden.cast.methods import shadow_caster
 from golden.compiled import compiled
 from golden.frustum import Hemisphere
 from golden.light.contacts import PARTS, Contacts
@@ -195,8 +196,9 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         mean = _mean_of_open(pieces.of_corners, nodes.buried)
         of_elements = pieces.of_elements(~pieces.is_blind & (mean.sum(axis=1) > 0))
     with tally.stage("direct light of elements"):
-        light = DirectLight(scene, caster, tally, -(-light_samples // POINTS))
         points, keys, of_points = _points(scene, elements, pieces, nodes.buried, seed)
+        samples = -(-light_samples // POINTS)
+        light = DirectLight(scene, caster, tally, samples, frusta=shadow_caster(frusta), rays=samples * len(points))
         direct = of_points @ light.irradiance(points, keys)
         thrown = of_points @ _thrown(scene, glass, light, points)
     with tally.stage("solver"):

@@ -4,7 +4,7 @@ import numpy as np
 
 from golden.compiled import compiled
 
-__all__ = ["by_area"]
+__all__ = ["by_area", "net", "net_points"]
 
 
 @compiled
@@ -57,3 +57,27 @@ def by_area(vertices: np.ndarray, is_triangle: np.ndarray, light: np.ndarray, or
 def _toward(corner, axis, x, y, origin):
     return (1 - y) * ((1 - x) * (corner[0, axis] - origin) + x * (corner[1, axis] - origin)) + y * (
         (1 - x) * (corner[3, axis] - origin) + x * (corner[2, axis] - origin))
+
+
+def net(u: np.ndarray, v: np.ndarray, bits: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The points of a net in whose squares the points (u, v) of the unit square are: their numbers, and their x and y.
+
+    The net is Hammersley's, of 4^``bits`` points: each of 2^``bits`` x 2^``bits`` squares has one of them, and so has
+    each strip of equal area along x or y.
+    """
+    side = 1 << bits
+    a, b = (np.minimum((value * side).astype(np.int64), side - 1) for value in (u, v))
+    reverse = np.array([int(f"{number:0{bits}b}"[::-1], 2) for number in range(side)])
+    return a * side + b, (a + (reverse[b] + 0.5) / side) / side, (b + (reverse[a] + 0.5) / side) / side
+
+
+def net_points(vertices: np.ndarray, is_triangle: np.ndarray, bits: int) -> np.ndarray:
+    """The points of the net on each of L lights, L 4^``bits`` x 3, as `by_area` draws them."""
+    number = np.arange(4**bits)
+    _, x, y = net((number >> bits) / 2.0**bits, (number % (1 << bits)) / 2.0**bits, bits)
+    light = np.repeat(np.arange(len(vertices)), len(number))
+    points, measure = np.empty((len(light), 3)), np.empty(len(light))
+    # The origin is outside the lights' planes or not: the measure is not used.
+    by_area(vertices, is_triangle, light, np.zeros((len(light), 3)), np.tile(x, len(vertices)),
+            np.tile(y, len(vertices)), points, measure)
+    return points

@@ -25,7 +25,8 @@ class RenderStatistics:
     patches, elements, nodes
         Of the scene, of its first pass, and hemispheres that it cast.
     rays
-        The counts of each kind: hemisphere, transmission, primary, shadow, reflection, refraction.
+        The counts of each kind: hemisphere, transmission, primary, shadow, single shadow (cast beside shadow frusta),
+        reflection, refraction, gather.
     total
         Of all kinds.
     seconds

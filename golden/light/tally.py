@@ -6,6 +6,7 @@ from threading import Lock
 
 from golden.cast.ray_frusta import FrustumHits
 from golden.cast.rays import Hits, Rays
+from golden.cast.shadow_rays import ShadowHits, ShadowRays
 from golden.spread import Spread
 
 __all__ = ["Tally"]
@@ -98,13 +99,21 @@ class CountingCaster:
         """The caster's screen, counted."""
         return self._counting(self._caster.screen(*arguments))
 
+    def shadows(self, rays: ShadowRays) -> ShadowHits:
+        """The caster's shadow rays; those that it cast are counted."""
+        hits = self._caster.shadows(rays)
+        self._add(int(hits.cast.sum()), int(hits.blocked.sum()), hits)
+        return hits
+
     def _counting(self, cast):
         return lambda *rays: self._count(cast(*rays))
 
     def _count(self, hits):
-        found = {"rays": len(hits.patch), "hits": int((hits.patch >= 0).sum()), "tests": int(hits.tests.sum()),
-                 "steps": int(hits.steps.sum())}
+        self._add(len(hits.patch), int((hits.patch >= 0).sum()), hits)
+        return hits
+
+    def _add(self, rays, met, hits):
+        found = {"rays": rays, "hits": met, "tests": int(hits.tests.sum()), "steps": int(hits.steps.sum())}
         with _COUNTING:
             for name, count in found.items():
                 self._counts[name] += count
-        return hits

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.cast.methods import FIXED_METHODS, FRUSTUM_METHODS, RAY_METHODS, frustum_caster
+from golden.cast.methods import FIXED_METHODS, FRUSTUM_METHODS, RAY_METHODS, frustum_caster, shadow_caster
 from golden.cast.rays import Hits, Rays
 from golden.cast.shared_caster import default_method, shared_caster
 from golden.compiled import compiled
@@ -43,8 +43,8 @@ from golden.spread import in_threads, in_turn, spans
 
 __all__ = ["RenderResult", "RenderSettings", "render"]
 
-# Primary rays per block.
-BATCH = 1 << 16
+# Primary rays per block; more where shadow rays are cast as frusta, which share what a frustum takes.
+BATCH, SHADOW_BATCH = 1 << 16, 1 << 18
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
 # Grids of the hemispheres of elements and of sensors (azimuths and polars), and rays within which they stay if one can.
@@ -85,7 +85,8 @@ class RenderSettings:
     method
         A name of `FRUSTUM_METHODS`: how hemispheres and primary rays are cast. Default: grid with a ``cell``, else the
         `golden.cast.shared_caster.default_method`. Other rays are cast by the same method
-        if it can, else by ``grid``.
+        if it can, else by ``grid``; with a method of `FIXED_METHODS` shadow rays are frusta where many share a point
+        of a light.
     cell
         Cell size of ``method``, as a share of the scene's longest side, 1/256 to 1. Default: the method's own.
     shooting
@@ -296,12 +297,13 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
             around = Hemisphere(*_hemisphere_rays(len(sensors), SENSOR_GRIDS, SENSOR_RAYS))
             measured = sensor_light(
                 scene, sensors, indirect, caster, tally, hemisphere=around, seed=settings.seed,
-                light_samples=min(SENSOR_SAMPLES * settings.light_samples, len(around)))
+                light_samples=min(SENSOR_SAMPLES * settings.light_samples, len(around)), frusta=frusta)
     primary = tally.counting("primary", frusta)
-    shader = _Shader(scene, caster, tally, indirect, settings, with_received)
+    shader = _Shader(scene, frusta, caster, tally, indirect, settings, with_received)
     with tally.stage("image"):
         pixels = _Pixels(primary, shader, screen, settings, frusta.regular)
-        image, tests, steps, received = _image(pixels, screen, settings, spread, progress)
+        batch = BATCH if shadow_caster(frusta) is None else SHADOW_BATCH
+        image, tests, steps, received = _image(pixels, screen, settings, spread, batch, progress)
     return RenderResult(image=image, tests=tests, steps=steps, received=received if with_received else None,
                         sensors=measured, indirect=indirect,
                         stats=_stats(scene, settings, hemisphere, indirect, tally))
@@ -332,13 +334,13 @@ def _hemisphere_rays(count, grids, most):
     return next((grid for grid in grids if grid[0] * grid[1] * count <= most), grids[-1])
 
 
-def _image(pixels, screen, settings, spread, progress):
+def _image(pixels, screen, settings, spread, batch, progress):
     """Radiance, tests, steps and received light of every pixel."""
     fields = settings.side**2
     totals = np.zeros((6, len(screen)))
     with progress_bar(total=len(screen) * fields, desc="image", unit="ray", unit_scale=True, delay=2,
                       disable=not progress) as bar:
-        for (first, last), part in spread(pixels.totals, spans(len(screen), max(1, BATCH // fields))):
+        for (first, last), part in spread(pixels.totals, spans(len(screen), max(1, batch // fields))):
             totals[:, first:last] = part
             bar.update((last - first) * fields)
     shape = screen.height, screen.width
@@ -386,12 +388,15 @@ class _Pixels:
 class _Shader:
     """Radiance along rays in a scene whose indirect light is known."""
 
-    def __init__(self, scene, caster, tally, indirect: IndirectLight, settings, with_received):
+    def __init__(self, scene, frusta, caster, tally, indirect: IndirectLight, settings, with_received):
         self._scene, self._indirect, self._depth = scene, indirect, settings.depth
         self._with_received = with_received
         self._casters = {kind: tally.counting(kind, caster) for kind in ("reflection", "refraction")}
-        self._light = DirectLight(scene, caster, tally, settings.light_samples)
-        self._reflected = FinalGather(scene, indirect, caster, tally, max(LEAST_GATHER, GATHER // settings.samples))
+        self._light = DirectLight(
+            scene, caster, tally, settings.light_samples, frusta=shadow_caster(frusta),
+            rays=settings.width * settings.height * settings.samples * settings.light_samples)
+        self._reflected = FinalGather(scene, indirect, caster, tally, max(LEAST_GATHER, GATHER // settings.samples),
+                                      shadow_caster(frusta))
         self._seen = SeenPoints(scene)
         self._materials = {name: scene.channels(name) for name in ("diffuse", "specular", "transparent", "emission")}
         self._is_diffuse = self._materials["diffuse"].any(axis=1)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from golden.cast.fixed_frusta import CONFIG, FixedFrusta, shares
+from golden.cast.fixed_frusta import CELL, CONFIG, FixedFrusta, blocked_by_shelling, shares
 from golden.config import Config
 from golden.errors import InputError
 from golden.frustum import FrustumRecord
@@ -120,6 +120,10 @@ class MachineCaster(FixedFrusta):
             return []
         self._samples = None, []
         return samples
+
+    def _shadow_machine(self, geometry):
+        # The host casts shadow rays, in the integers of the other frusta.
+        return blocked_by_shelling(geometry, CELL)
 
     def _machine(self, geometry: PatchGeometry):
         config = self._simulated.config

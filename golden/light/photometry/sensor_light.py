@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from golden.cast.methods import shadow_caster
 from golden.frustum import Hemisphere
 from golden.light.direct import DirectLight
 from golden.light.indirect import IndirectLight
@@ -15,7 +16,7 @@ __all__ = ["sensor_light"]
 
 
 def sensor_light(scene: Scene, sensors: Sensors, indirect: IndirectLight, caster, tally: Tally, *,
-                 hemisphere: Hemisphere, light_samples: int, seed: int) -> np.ndarray:
+                 hemisphere: Hemisphere, light_samples: int, seed: int, frusta=None) -> np.ndarray:
     """Irradiance over pi at S sensors, S x 3 in units of radiance: direct light by shadow rays, the rest by rows.
 
     Parameters
@@ -30,8 +31,11 @@ def sensor_light(scene: Scene, sensors: Sensors, indirect: IndirectLight, caster
         Shadow rays per sensor to area lights.
     seed
         Seed of the shadow rays.
+    frusta
+        Caster of frusta, or None: ``caster`` casts all rays.
     """
     points = SurfacePoints(sensors.position, sensors.normal, sensors.patches(scene, caster))
-    direct = DirectLight(scene, caster, tally, light_samples)
+    direct = DirectLight(scene, caster, tally, light_samples, frusta=shadow_caster(frusta),
+                         rays=light_samples * len(points))
     return (direct.irradiance(points, mix(seed, 7, np.arange(len(points))))
             + indirect.at_points(points.position, points.normal, points.sources(scene), hemisphere))

@@ -3,8 +3,8 @@ import pytest
 
 from golden.cast.fixed_frusta import CELL, CONFIG, NaiveFixedFrusta, ShellingFrusta
 from golden.cast.grid import Grid
-from golden.cast.ray_frusta import RayFrusta
 from golden.cast.rays import Rays
+from golden.cast.shadow_rays import ShadowHits
 from golden.cast.shelling import Shelling
 from golden.errors import InputError
 from golden.frustum import Hemisphere, Screen, frame, hemisphere_record, screen_record
@@ -27,9 +27,10 @@ def cornell():
     return builtin_scene("cornell")
 
 
-def picture(scene, method, **settings):
+def picture(scene, method, frusta=None, **settings):
     chosen = {"width": SIZE, "height": SIZE, "samples": 1, "light_samples": 4, "rays": (64, 16), "max_edge": 160.0}
-    return render(scene, camera=scene.camera, settings=RenderSettings(**(chosen | settings), method=method))
+    return render(scene, camera=scene.camera, frusta=frusta,
+                  settings=RenderSettings(**(chosen | settings), method=method))
 
 
 def primary(caster, camera, size=SIZE):
@@ -68,9 +69,23 @@ def test_pixels_show_the_patch_that_grid_shows_or_one_that_rounding_reaches(name
         np.testing.assert_allclose(getattr(ours, field)[same], getattr(theirs, field)[same], rtol=1e-9, atol=1e-9)
 
 
-def test_the_image_is_that_of_grid_through_the_same_points(cornell, monkeypatch):
-    monkeypatch.setattr(RayFrusta, "regular", True)
-    grid, shelling = (picture(cornell, method, max_edge=600.0).image for method in ("grid", "shelling"))
+class GridToSharedPoints(Grid):
+    """In double precision, to the points of lights and through the points of pixels that frusta have."""
+
+    regular = True
+
+    def shadows(self, rays):
+        surfaces = np.stack([rays.surfaces[rays.light], np.full(len(rays), -1)], axis=1)
+        # A ray ends in front of its shaded point.
+        targets = rays.targets + 2.0**-20 * (rays.points[rays.light] - rays.targets)
+        none = np.zeros(len(rays), dtype=int)
+        return ShadowHits(cast=np.full(len(rays), True), tests=none, steps=none,
+                          blocked=self.occluded(rays.points[rays.light], targets, surfaces))
+
+
+def test_the_image_is_that_of_grid_through_the_same_points(cornell):
+    grid, shelling = (picture(cornell, method, frusta, max_edge=600.0, light_samples=16).image for method, frusta in (
+        ("grid", GridToSharedPoints(cornell, 0.125)), ("shelling", None)))
     hits = [primary(caster, cornell.camera).patch for caster in (Grid(cornell, 0.125), ShellingFrusta(cornell))]
     same = (hits[0] == hits[1]).reshape(SIZE, SIZE)
     assert same.mean() > 0.998
