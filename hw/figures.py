@@ -23,8 +23,15 @@ MAIN = {
     "registers": ("Registers",),
     "noc": ("Router-72-2",),
 }
+# What a machine of preset `board` consists of.
+BOARD = {
+    "icu": ("IntersectionUnit",),
+    "ctu": ("TraversalUnit",),
+    "memsys": ("MemorySystem", "PatchStore", "SystemBusInterface"),
+    "noc": ("PatchNetwork",),
+}
 # A table is between two comments. The first one names its content: the README's units, a block's, some of a block's,
-# or those of other families.
+# those of other families, or those of preset `board`.
 _TABLE = re.compile(r"(<!-- area: (\w+)((?: [\w-]+)*) -->\n).*?(<!-- area: end -->)", re.DOTALL)
 
 
@@ -38,8 +45,8 @@ def with_tables(text: str, history: list[Record]) -> str:
     """A page with its tables filled in."""
     last = last_records(history)
 
-    def of(units, family="ecp5"):
-        keys = [(family, PRESET, "", block, unit) for block, names in units.items() for unit in names]
+    def of(units, family="ecp5", preset=PRESET):
+        keys = [(family, preset, "", block, unit) for block, names in units.items() for unit in names]
         return [last[key] for key in keys if key in last]
 
     def elsewhere():
@@ -52,6 +59,8 @@ def with_tables(text: str, history: list[Record]) -> str:
         start, what, names, end = marked.groups()
         if what == "families":
             records, lines_of = elsewhere(), _areas
+        elif what == "board":
+            records, lines_of = of(BOARD, preset="board"), _parts
         else:
             records, lines_of = of(MAIN if what == "main" else {what: names.split() or UNITS[what]}), _clocks
         lines = lines_of(records) if records else ["Nothing has been recorded yet."]
@@ -101,6 +110,14 @@ def _areas(records):
     # Nothing was placed for this table.
     tools = _tools(replace(record, tools=record.tools.partition(", nextpnr")[0]) for record in records)
     return [*lines, "", f"Preset `{PRESET}`. {tools}. What is counted:", "", *counted]
+
+
+def _parts(records):
+    lines = ["| unit | LUT | FF | DSP | block RAM | commit |", "|---" * 6 + "|"]
+    lines += [f"| `{record.unit}` | {' | '.join(map(str, _area(record)))} | {record.commit} |" for record in records]
+    family = FAMILIES["ecp5"]
+    return [*lines, "", _filled(f"{family.title}, preset `board`, each unit alone, synthesised and not routed. "
+                                f"{family.counted} {_tools(records)}.")]
 
 
 def _tools(records):

@@ -15,6 +15,7 @@ from golden.noc.topology import Topology
 from hw.cluster import Cluster
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.survival import Survival
+from hw.engine import Engine
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.deferred_store import DeferredStore
@@ -106,13 +107,18 @@ UNITS = {
         "SectionResults": {},
     },
     "cluster": {"Cluster": lambda config: Cluster(config=config)},
+    # All clusters and what is between them and the pins, with the configuration's own cache policy.
+    "engine": {"Engine": lambda config: Engine(
+        config=config, policies=(CachePolicy[config.memsys.cache_policy.upper()],))},
     "registers": {"Registers": lambda config: Registers(
         ENGINE_REGISTERS, address_bits=ADDRESS_BITS, memory_bits=config.memory.address_bits)},
     # By bits of a flit, channels, and cycles of a router if one.
     "noc": {f"Router-{bits}-{channels}": _router(bits=bits, channels=channels)
             for bits in (32, 72) for channels in (1, 2, 4)} | {
         "Router-32-1-1": _router(bits=32, channels=1, cycles=1), "NetworkInterface": lambda config: NetworkInterface(
-            config=config, routing=route(config.noc.network(), config.noc.virtual_channels), node=0)},
+            config=config, routing=route(config.noc.network(), config.noc.virtual_channels), node=0),
+        # Routers, links and interfaces of all clusters.
+        "PatchNetwork": {}},
 }
 
 

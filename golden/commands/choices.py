@@ -32,7 +32,7 @@ __all__ = [
            "VOLUME_SPLITTERS",
 ]
 
-PRESETS = ("tiny", "small", "paper", "thesis", "large")
+PRESETS = ("tiny", "small", "paper", "thesis", "large", "board")
 TOPOLOGIES = ("mesh", "torus", "ring", "illiac", "hypercube")
 # Methods that cast any rays, those in fixed point, and all that cast frusta for the renderer.
 RAY_METHODS = ("grid", "naive", "embree")

@@ -22,7 +22,8 @@ class Numbers:
     direction_fraction
         Fraction bits of ray directions and matrix entries, signed 1.b; 8 to 16, so that 18-bit multipliers hold them.
     vertex_bits
-        Magnitude bits of a normalised vertex direction V'; 10 to 17, so that an edge plane is two limbs of 18 bits.
+        Magnitude bits of a normalised vertex direction V'; 8 to 17, so that an edge plane is two limbs of 18 bits. With
+        8 it is one limb.
     mantissa_bits
         Magnitude bits of the plane factor m = N/V; 18 to 24. 18 bits are too few at grazing angles.
     exponent_bits, fraction_bits
@@ -39,7 +40,7 @@ class Numbers:
 
     def __post_init__(self):
         for name, low, high in (("scene_bits", 12, 24), ("vector_fraction", 10, 22), ("direction_fraction", 8, 16),
-                                ("vertex_bits", 10, 17), ("mantissa_bits", 18, 24), ("exponent_bits", 5, 7),
+                                ("vertex_bits", 8, 17), ("mantissa_bits", 18, 24), ("exponent_bits", 5, 7),
                                 ("fraction_bits", 8, 24)):
             check_range("numbers", name, getattr(self, name), low, high)
         if self.vector_fraction > self.scene_bits:

@@ -3,8 +3,10 @@
 from golden.config.config import Config
 from golden.config.ctu import Ctu
 from golden.config.icu import Icu
+from golden.config.memory import Memory
 from golden.config.memsys import Memsys
 from golden.config.noc import Noc
+from golden.config.numbers import Numbers
 
 __all__ = ["PRESETS"]
 
@@ -24,6 +26,8 @@ __all__ = ["PRESETS"]
 #   rays. Eight clusters in a torus with separate networks for requests and replies (tables 6.2 and 6.3). Measured with
 #   cells of 0.5 and 0.0625.
 # large: the largest that still simulates, with memory for 4096 patches in each cluster and for 1024 of others.
+# board: the smallest, two clusters for a scene like `cornell`, which they hold between them. Its numbers are the
+#   narrowest: an edge plane is one limb, and so is a vertex.
 PRESETS = {
     "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
                    memsys=Memsys(scene_cells=1 << 12, own_patches=256, store_patches=32, store_requests=4),
@@ -45,4 +49,18 @@ PRESETS = {
                     memsys=Memsys(scene_cells=1 << 20, own_cells=1 << 17, own_entries=1 << 18, own_patches=4096,
                                   store_patches=1024, bus_requests=16),
                     noc=Noc(topology="torus", columns=4, rows=4, requests=16)),
+    "board": Config(
+        numbers=Numbers(scene_bits=14, vector_fraction=12, direction_fraction=10, vertex_bits=8, mantissa_bits=18,
+                        exponent_bits=5, fraction_bits=10),
+        icu=Icu(rays=1 << 10, side_bits=6, patch_bits=8, slots=16, generation_bits=1, product_registers=1,
+                angle_bits=18, cordic_stages=8, cordic_guard=2, sagitta_polar_bits=3, sagitta_span_bits=3, uv_bits=0,
+                uv_guard=0, settle_bits=5, settle_fraction=3),
+        ctu=Ctu(pipelines=1, run_ahead=1, pyramid_levels=1, shell_bits=4, grid_row_bits=7, grid_column_bits=8,
+                near_cell_bits=5),
+        memsys=Memsys(cache_policy="direct", cell_lines=8, patch_lines=8, cache_generation_bits=1, cache_fetches=2,
+                      scene_cells=128, own_cells=64, own_entries=256, own_patches=16, store_patches=8, store_requests=2,
+                      filter_generation_bits=1, reply_ids=2, bus_requests=1),
+        memory=Memory(address_bits=17, outstanding=2, burst_beats=8),
+        noc=Noc(columns=2, rows=1, virtual_channels=1, buffer_flits=2, flit_bits=32, requests=2, networks="virtual",
+                check="none")),
 }

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from golden.config import PRESETS, Config
 from golden.errors import InputError
-from hw.board.narrow import NARROW
 from hw.output import write_text
 from hw.package.core_files import write_core
 from hw.synthesis.flow import check_options, verilog_bitstream
@@ -21,19 +20,20 @@ __all__ = ["NEXTPNR", "PRESET", "SOC", "build_soc"]
 PRESET, NAME = "small", "soc"
 # Options of nextpnr. The wires of the slow clock take most of its period, so timing counts in the placement too.
 NEXTPNR = ("--placer", "static", "--router", "router2")
-# Of the lengths in a room of 8 m, 18 bits are steps of 0.03 mm. tb/board/test_soc.py compares the hits with float64.
-NUMBERS = {
-    "numbers.scene_bits": 18, "numbers.vector_fraction": 16, "numbers.vertex_bits": 15, "numbers.mantissa_bits": 18,
-    "numbers.direction_fraction": 14, "numbers.fraction_bits": 14,
-    "icu.angle_bits": 18, "icu.cordic_stages": 12, "icu.cordic_guard": 4}
+# One cluster with one traversal pipeline that fits an ECP5-85, and narrow numbers: of the lengths in a room of 8 m, 18
+# bits are steps of 0.03 mm. tb/board/test_soc.py compares the hits with float64.
 # 1024 rays and the capacities of the preset for scenes like `room1627`, with 512 resident patches, in 32 MB of SDRAM.
 # Hits have no (u, v), which form factors do not need. Caches of 256 lines are in block RAM, those of 128 in LUTs.
 # An exported engine has all cache policies. Jobs use direct placement here, so the others have few lines and ways.
-SOC = PRESETS[PRESET].replace(NARROW | NUMBERS | {
-    "icu.rays": 1024, "icu.patch_bits": 11, "icu.uv_bits": 0, "icu.uv_guard": 0,
-    "memsys.cell_lines": 256, "memsys.patch_lines": 256, "memsys.lfu_lines": 2, "memsys.cache_ways": 2,
-    "memsys.cache_fetches": 4, "memsys.scene_cells": 4096, "memsys.own_cells": 1024, "memsys.own_entries": 4096,
-    "memsys.store_patches": 0, "memory.address_bits": 25, "memory.outstanding": 8})
+SOC = PRESETS[PRESET].replace({
+    "numbers.scene_bits": 18, "numbers.vector_fraction": 16, "numbers.vertex_bits": 15, "numbers.mantissa_bits": 18,
+    "numbers.direction_fraction": 14, "numbers.fraction_bits": 14,
+    "icu.angle_bits": 18, "icu.cordic_stages": 12, "icu.cordic_guard": 4,
+    "icu.rays": 1024, "icu.patch_bits": 11, "icu.slots": 16, "icu.generation_bits": 2, "icu.product_registers": 1,
+    "icu.uv_bits": 0, "icu.uv_guard": 0, "ctu.pipelines": 1, "noc.columns": 1, "noc.rows": 1,
+    "memsys.cache_policy": "direct", "memsys.cell_lines": 256, "memsys.patch_lines": 256, "memsys.lfu_lines": 2,
+    "memsys.cache_ways": 2, "memsys.cache_fetches": 4, "memsys.scene_cells": 4096, "memsys.own_cells": 1024,
+    "memsys.own_entries": 4096, "memsys.store_patches": 0, "memory.address_bits": 25, "memory.outstanding": 8})
 
 
 def build_soc(config: Config, folder: Path, *, litex: Path, hertz: int, baud: int, revision: str, seed: int,

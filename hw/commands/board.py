@@ -27,19 +27,21 @@ __all__ = ["board"]
 def board(scene, pixels, cell, baud, seed, nextpnr, no_bitstream, folder, assignments):
     """Make a bitstream for the ULX3S with an ECP5-85 that casts a frustum and sends the hits.
 
-    The machine has one cluster and small memories, see `docs/board.md`.
+    The machine is one cluster of preset board; with -P noc.columns=2 it has both, which exceed the ECP5-85. See
+    `docs/board.md`.
     """
+    from golden.config import PRESETS
     from golden.stage_progress import StageProgress
     from hw.board.board_shell import BoardShell
     from hw.board.record import record
     from hw.board.ulx3s import CLOCK_HZ, build
-    from hw.board.view import BOARD, board_view
+    from hw.board.view import board_view
     from hw.synthesis.flow import check_options, tool_versions
 
     if not no_bitstream:
         tool_versions()
         check_options(nextpnr, has_constraints=True)
-    config = BOARD.with_parameters(assignments)
+    config = PRESETS["board"].replace({"noc.columns": 1}).with_parameters(assignments)
     program = record(board_view(config, scene=scene, pixels=pixels, cell=cell).job)
     shell = BoardShell(config=config, program=program, divisor=round(CLOCK_HZ / baud))
     stage = "write Verilog" if no_bitstream else "synthesis, place and route"

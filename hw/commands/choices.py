@@ -6,7 +6,7 @@ A test compares every list with the registry that it names.
 __all__ = ["BLOCKS", "BOARD_NEXTPNR", "FAMILIES", "MHZ", "NEXTPNR", "POLICIES", "SOC_NEXTPNR", "TOPS"]
 
 # `hw.report.UNITS`, `hw.package.tops.TOPS`, `hw.synthesis.family.FAMILIES`, `hw.memsys.cache_policy.CachePolicy`.
-BLOCKS = ("icu", "ctu", "memsys", "control", "cluster", "registers", "noc")
+BLOCKS = ("icu", "ctu", "memsys", "control", "cluster", "engine", "registers", "noc")
 TOPS = ("engine", "async_engine", "cluster", "icu", "ctu", "network", "router")
 FAMILIES = ("ecp5", "xc7", "gowin", "ice40")
 POLICIES = ("direct", "lru", "lfu")

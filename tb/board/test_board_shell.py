@@ -11,14 +11,15 @@ from cocotb.triggers import ClockCycles, FallingEdge
 from PIL import Image
 
 from golden.cast.naive_fixed import NaiveFixed
+from golden.config import PRESETS
 from golden.image import write_png
-from golden.jobs.completion import NO_CLUSTER
+from golden.jobs.completion import NO_CLUSTER, patch_sources
 from golden.jobs.result_formats import HitFormat, pack_hits
 from hw.board.board_shell import BoardShell
 from hw.board.frame import FrameKind
 from hw.board.program import Operation, Step
 from hw.board.record import record
-from hw.board.view import BOARD, board_view
+from hw.board.view import board_view
 from hw.cluster import Cluster
 from hw.engine import CLUSTER
 from hw.export import verilog_of
@@ -31,6 +32,7 @@ from tb.board.serial_line import SerialLine
 from tb.lib.clocking import start
 from tb.lib.runner import BUILD, options, simulate
 
+BOARD = PRESETS["board"]
 DIVISOR = 4
 PIXELS = 32, 32
 PICTURE = Path("out") / "board" / "simulated.png"
@@ -58,8 +60,9 @@ async def casts_twice(dut):
 def with_an_error(job):
     """The program of a job, with a doorbell beyond the ring at its end."""
     program, offsets = record(job), addresses(ENGINE_REGISTERS)
+    beyond = len(job.descriptors) + (1 << job.ring_bits) + 1
     *usual, halt = program.steps[:program.error]
-    more = (Step(operation=Operation.WRITE, address=offsets["doorbell"], value=2 + (1 << job.ring_bits) + 1),
+    more = (Step(operation=Operation.WRITE, address=offsets["doorbell"], value=beyond),
             Step(operation=Operation.WAIT, address=offsets["status"]))
     return dataclasses.replace(program, steps=(*usual, *more, halt, *program.steps[program.error:]),
                                error=program.error + len(more))
@@ -105,9 +108,15 @@ def test_hits_come_out_of_the_serial_line():
     assert sent[:len(kinds)] == sent[len(kinds):]
     cast = results(sent[:len(kinds) - 1])
     assert sent[1].payload == view.job.descriptors.tobytes()
-    assert [(one["tag"], one["cluster"], one["sums"], one["lap"]) for one in cast.completions] == [
-        (0, NO_CLUSTER, 0, 1), (1, 0, 0, 1)]
-    assert 0 < cast.completions["cycles"][1] <= cast.cycles < 1_000_000
+    load, *sections = np.sort(cast.completions, order="tag")
+    assert (load["tag"], load["cluster"]) == (0, NO_CLUSTER)
+    # Each cluster casts a half, and needs patches of the other one, which it requests once each.
+    assert {one["cluster"] for one in sections} == {0, 1}
+    assert [(one["tag"], one["sums"], one["lap"]) for one in (load, *sections)] == [(tag, 0, 1) for tag in range(3)]
+    sources = patch_sources(cast.completions[1:])
+    assert sources["own"].all()
+    assert sources["remote"].all()
+    assert 0 < cast.completions["cycles"][1:].max() <= cast.cycles < 1_000_000
     for name, values in vars(expected).items():
         different = np.flatnonzero(getattr(cast.hits, name) != values)
         assert not len(different), f"{len(different)} of {len(values)} rays differ in {name}"

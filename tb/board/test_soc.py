@@ -16,13 +16,13 @@ import hw.cli
 from golden.cast.differences import oracle_rays
 from golden.cast.grid import Grid
 from golden.cast.naive_fixed import NaiveFixed
+from golden.config import PRESETS
 from golden.frustum import Hemisphere, hemisphere_record
 from golden.jobs.core_manifest import CoreManifest
 from golden.scene.open import open_scene
 from golden.scene.patch_geometry import PatchGeometry
 from golden.tasks.image import ImageFrusta, job_files
 from hw.board.soc import NEXTPNR, SOC
-from hw.board.view import BOARD
 from hw.synthesis.family import Area
 from hw.synthesis.flow import Clock
 
@@ -103,7 +103,7 @@ def test_the_page_counts_the_rays_that_narrow_numbers_change():
     grid, patches = Grid(scene, jobs=1), range(0, len(scene), 82)
     middles = {patch: scene.vertices[patch].mean(axis=0) for patch in patches}
     figures = []
-    for config in SOC, BOARD:
+    for config in SOC, PRESETS["board"]:
         config = replace(config, icu=replace(config.icu, rays=len(hemisphere), side_bits=6, patch_bits=11))
         geometry = PatchGeometry.of(scene, config.numbers, list(middles.values()))
         differ, shares = 0, 0.0

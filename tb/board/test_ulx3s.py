@@ -69,7 +69,7 @@ def test_bitstream(tmp_path):
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
-    (["-P", "noc.columns=2"], "must be 1, not 2"), (["--pixels", "96x64"], "2^icu.side_bits (64), not 96 x 64"),
+    (["-P", "noc.columns=3"], "a power of two"), (["--pixels", "96x64"], "at most 64 (icu.side_bits), not 96"),
     (["--scene", "nowhere"], "nowhere"), (["--baud", "100"], "100 is not in the range")])
 def test_what_cannot_be_built_is_refused(tmp_path, capsys, arguments, message):
     with pytest.raises(SystemExit) as raised:

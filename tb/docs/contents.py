@@ -38,12 +38,11 @@ UNIT_PAGES = {
 def makers(config: Config) -> list[Callable]:
     """Of the engine, of what is measured alone, and of a board's shell."""
     units = [lambda block=block, unit=unit: make_unit(block, unit, config)
-             for block, names in UNITS.items() for unit in names]
-    alone = config.replace({"noc.columns": 1, "noc.rows": 1})
+             for block, names in UNITS.items() if block != "engine" for unit in names]
     program = Program(steps=(Step(operation=Operation.HALT),) * 2, error=1, memory=bytes(64))
     return [lambda: Engine(config=config, black_boxes=True),
             lambda: AsyncEngine(config=config, black_boxes=True), lambda: Cluster(config=config), *units,
-            lambda: BoardShell(config=alone, program=program, divisor=16, black_boxes=True)]
+            lambda: BoardShell(config=config, program=program, divisor=16, black_boxes=True)]
 
 
 class Contents:

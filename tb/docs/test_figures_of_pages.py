@@ -3,17 +3,18 @@
 import re
 from itertools import pairwise
 
+from golden.config import PRESETS
 from hw.board.frame import CHECK_BYTES, HEADER_BYTES
 from hw.board.program import Operation
 from hw.board.record import record
-from hw.board.view import BOARD, board_view
+from hw.board.view import board_view
 from hw.history import last_records, read_history
 from tb.docs.language import ROOT
 from tb.docs.page_commands import commands_of
 
 
 def test_bytes_of_a_view():
-    program = record(board_view(BOARD, scene="cornell", pixels=(64, 64), cell=0.25).job)
+    program = record(board_view(PRESETS["board"], scene="cornell", pixels=(64, 64), cell=0.25).job)
     # The frames of a cast; an error's frame replaces those that remain.
     steps = program.steps[:program.error]
     frames = sum(step.operation == Operation.FRAME for step in steps)

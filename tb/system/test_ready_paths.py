@@ -10,7 +10,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 import hw.engine
-from hw.board.view import BOARD
+from golden.config import PRESETS
 from hw.cluster import Cluster
 from hw.engine import Engine
 from hw.lib.skid_buffer import SkidBuffer
@@ -18,8 +18,8 @@ from hw.memsys.local_bus import LocalBus
 from tb.system.connections import IdleUnit
 from tb.system.ready_paths import is_unit, ready_paths
 
-# With lists of subshells, and a second cluster; small otherwise.
-CONFIG = BOARD.replace({"ctu.subshell_bits": 6, "noc.columns": 2})
+# With lists of subshells; small otherwise.
+CONFIG = PRESETS["board"].replace({"ctu.subshell_bits": 6})
 
 # The sink and the source of each `ready` that depends on another unit's nevertheless, with the reason.
 KNOWN = {

@@ -16,8 +16,9 @@ def test_json_holds_every_parameter_and_the_widths(preset):
     shown = json.loads(run(preset, "--json").stdout)
     assert shown["preset"] == preset
     assert shown["parameters"] == PRESETS[preset].parameters()
-    assert shown["derived"]["numbers.vector"]["format"] == "signed 1.22"
-    assert shown["derived"]["numbers.vector"]["bits"] == 24
+    fraction = PRESETS[preset].numbers.vector_fraction
+    assert shown["derived"]["numbers.vector"]["format"] == f"signed 1.{fraction}"
+    assert shown["derived"]["numbers.vector"]["bits"] == 2 + fraction
 
 
 def test_parameters_change_what_is_derived():
