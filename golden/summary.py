@@ -24,5 +24,9 @@ def summary(stats: dict) -> str:
         lines.append(f"{kind:12} {counts['rays']:12,} {counts['hits'] / rays:7.1%}{work}")
     lines += ["", f"{'seconds':24} {sum(stats['seconds'].values()):8.2f}"]
     lines += [f"  {stage:22} {seconds:8.2f}" for stage, seconds in stats["seconds"].items()]
+    if stats["noise"]:
+        noise = stats["noise"]
+        lines.append(f"noise {noise['estimate']:.2%} by {noise['samples']:.1f} rays a pixel; above the requested "
+                     f"{settings['noise']:.2%}: {counted(noise['above'], 'pixel')}")
     lines += [f"not computed: {what}" for what in stats["not_computed"]]
     return "\n".join(lines)

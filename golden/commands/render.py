@@ -32,9 +32,9 @@ __all__ = ["render_command"]
 # The frusta among the rays of an image, which a method casts; it leaves the other kinds to the grid.
 _FRUSTA = ("hemisphere", "primary")
 _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--size",
-          "light_samples": "--light-samples", "depth": "--depth", "elements": "--elements", "seed": "--seed",
-          "jobs": "--jobs", "azimuths": "--rays", "polars": "--rays", "cell": "--cell", "fov": "--fov",
-          "target": "--target", "up": "--up", "zenith": "--zenith", "clusters": "--clusters",
+          "light_samples": "--light-samples", "noise": "--noise", "depth": "--depth", "elements": "--elements",
+          "seed": "--seed", "jobs": "--jobs", "azimuths": "--rays", "polars": "--rays", "cell": "--cell",
+          "fov": "--fov", "target": "--target", "up": "--up", "zenith": "--zenith", "clusters": "--clusters",
           "sensor_table": "--sensor-table", "decades": "--decades", **DAYLIGHT_NAMED, **SHOOTING_NAMED}
 
 
@@ -64,6 +64,8 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
                   "16 ... 1024.")
     @click.option("--light-samples", type=int, default=2, help="Set the number of shadow rays to area lights per "
                   "point.")
+    @click.option("--noise", type=float, help="Cast pixels again, with four times the rays each time, until their "
+                  "estimated relative error is at most this.")
     @click.option("--depth", type=int, default=6, help="Set the maximum number of mirrors and glass surfaces on a "
                   "path.")
     @click.option("--rays", type=AZIMUTHS, help="Set the number of rays of a radiosity hemisphere, powers of two.  "
@@ -93,8 +95,8 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
     @click.option("--heatmap", type=FILE, metavar="PREFIX", help="Write the tests and the cell steps of each pixel to "
                   "PREFIX-tests.png and PREFIX-steps.png; grid casts unless --method names another one.")
     @add_options(PHOTOMETRIC)
-    def render_image(scene, output, size, samples, light_samples, depth, rays, solver, elements, max_edge, max_area,
-                     method, cell, jobs, workers, seed, stats, heatmap, **given):
+    def render_image(scene, output, size, samples, light_samples, noise, depth, rays, solver, elements, max_edge,
+                     max_area, method, cell, jobs, workers, seed, stats, heatmap, **given):
         """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
         method = method_of(method, counts_cells=cell is not None or heatmap is not None)
         chosen, options = options_of(methods, method, given)
@@ -107,9 +109,9 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
 
         # Another package's method casts shelling's frusta.
         settings = RenderSettings(width=size[0], height=size[1], samples=samples, light_samples=light_samples,
-                                  depth=depth, rays=rays, solver=solver, shooting=shooting, elements=elements,
-                                  max_edge=max_edge, max_area=max_area, method="shelling" if chosen else method,
-                                  cell=cell, jobs=jobs, seed=seed)
+                                  noise=noise, depth=depth, rays=rays, solver=solver, shooting=shooting,
+                                  elements=elements, max_edge=max_edge, max_area=max_area,
+                                  method="shelling" if chosen else method, cell=cell, jobs=jobs, seed=seed)
         photometry = Photometry(**{name: given[name] for name in PHOTOMETRIC_NAMES})
         files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry, preview=preview,
                             bits=int(given["bits"]),

@@ -35,6 +35,9 @@ class RenderStatistics:
         Of the solver of the radiosity system.
     not_computed
         What the picture leaves out, a sentence each.
+    noise
+        Of a picture with a requested noise the root of the mean square of the pixels' estimated relative errors
+        (``"estimate"``), its primary rays per pixel (``"samples"``), and how many pixels are ``"above"`` the request.
     settings
         Names and values that the picture depends on.
     """
@@ -48,6 +51,7 @@ class RenderStatistics:
     solver_steps: int
     converged: bool
     not_computed: tuple[str, ...]
+    noise: Mapping[str, float] | None
     settings: Mapping[str, object]
 
     @classmethod
@@ -56,4 +60,5 @@ class RenderStatistics:
         return cls(rays={kind: RayCounts(**counts) for kind, counts in stats["rays"].items()},
                    total=RayCounts(**stats["total"]), solver_steps=stats["solver"]["steps"],
                    converged=stats["solver"]["converged"], not_computed=tuple(stats["not_computed"]),
-                   **{name: stats[name] for name in ("patches", "elements", "nodes", "seconds", "settings")})
+                   **{name: stats[name] for name in ("patches", "elements", "nodes", "seconds", "noise",
+                                                      "settings")})

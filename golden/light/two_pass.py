@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from functools import cached_property, partial
+from functools import partial
 from math import isqrt
-from numbers import Integral
+from numbers import Integral, Real
 from pathlib import Path
 
 import numpy as np
@@ -25,21 +25,21 @@ from golden.light.near_lights import NearPairs, near_knots
 from golden.light.photometry.quantities import EFFICACY, lux
 from golden.light.photometry.sensor_light import sensor_light
 from golden.light.photometry.sensors import Sensors
+from golden.light.pixels import Pixels, PixelSums
 from golden.light.preview import Preview
 from golden.light.render_statistics import RenderStatistics
-from golden.light.sampling import mix, pixel_ranks, uniform
+from golden.light.sampling import mix
 from golden.light.seen_points import SeenPoints
 from golden.light.solvers import SOLVERS
 from golden.light.solvers.on_demand import Shooting
 from golden.light.tally import Tally
 from golden.light.tone import luminance, tone_map
 from golden.output import check_outputs
-from golden.progress_bar import progress_bar
 from golden.scene.camera import Camera
 from golden.scene.refine import Refinement, refine
 from golden.scene.scene import Scene
 from golden.scene.sky.sky import Sky
-from golden.spread import in_threads, in_turn, spans
+from golden.spread import in_threads, in_turn
 
 __all__ = ["RenderResult", "RenderSettings", "render"]
 
@@ -71,6 +71,9 @@ class RenderSettings:
         With a method of `FIXED_METHODS` it passes through the field's middle.
     light_samples
         Shadow rays to area lights per shaded point, 1 to 1024; those of neighbouring pixels spread together.
+    noise
+        Relative standard error of a pixel above which it is cast again with four times its samples, 0.001 to 1; at
+        least 4 samples are needed to see it. Default: each pixel is cast once.
     depth
         Most reflections and refractions of a ray, 0 to 64.
     rays
@@ -106,6 +109,7 @@ class RenderSettings:
     height: int = 512
     samples: int = 4
     light_samples: int = 2
+    noise: float | None = None
     depth: int = 6
     rays: tuple[int, int] | None = None
     elements: int = 3000
@@ -141,8 +145,18 @@ class RenderSettings:
                                  parameter=name)
         if self.shooting is not None and not isinstance(self.shooting, Shooting):
             raise InputError(f"Shooting must be a Shooting or None, not {self.shooting!r}", parameter="shooting")
+        if self.noise is not None:
+            self._check_noise()
         if self.method in FIXED_METHODS:
             self._check_fixed()
+
+    def _check_noise(self):
+        if isinstance(self.noise, bool) or not isinstance(self.noise, Real) or not 0.001 <= self.noise <= 1:
+            raise InputError(f"Noise must be 0.001 to 1, not {self.noise!r}", parameter="noise")
+        if self.samples < 4:
+            raise InputError(f"Samples must be at least 4 where noise is estimated, not {self.samples}",
+                             parameter="samples")
+        object.__setattr__(self, "noise", float(self.noise))
 
     def _check_fixed(self):
         from golden.cast.fixed_frusta import MOST_ACROSS, MOST_RAYS  # of the machine in integers
@@ -301,12 +315,14 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     primary = tally.counting("primary", frusta)
     shader = _Shader(scene, frusta, caster, tally, indirect, settings, with_received)
     with tally.stage("image"):
-        pixels = _Pixels(primary, shader, screen, settings, frusta.regular)
         batch = BATCH if shadow_caster(frusta) is None else SHADOW_BATCH
-        image, tests, steps, received = _image(pixels, screen, settings, spread, batch, progress)
-    return RenderResult(image=image, tests=tests, steps=steps, received=received if with_received else None,
-                        sensors=measured, indirect=indirect,
-                        stats=_stats(scene, settings, hemisphere, indirect, tally))
+        found = Pixels(primary, shader, screen, settings, frusta.regular).cast(spread, batch, progress)
+    shape = screen.height, screen.width
+    light = np.moveaxis((found.sums[:3] / found.rays).reshape(3, *shape), 0, 2)
+    tests, steps = (found.sums[row].reshape(shape).astype(np.int64) for row in (3, 4))
+    return RenderResult(image=light, tests=tests, steps=steps, sensors=measured, indirect=indirect,
+                        received=(found.sums[5] / found.rays).reshape(shape) if with_received else None,
+                        stats=_stats(scene, settings, hemisphere, indirect, tally, found))
 
 
 def _check_shooting(scene, settings, preview):
@@ -332,57 +348,6 @@ def _refinement(scene, settings, caster) -> Refinement:
 def _hemisphere_rays(count, grids, most):
     """The first grid of which ``count`` have at most ``most`` rays, else the last one."""
     return next((grid for grid in grids if grid[0] * grid[1] * count <= most), grids[-1])
-
-
-def _image(pixels, screen, settings, spread, batch, progress):
-    """Radiance, tests, steps and received light of every pixel."""
-    fields = settings.side**2
-    totals = np.zeros((6, len(screen)))
-    with progress_bar(total=len(screen) * fields, desc="image", unit="ray", unit_scale=True, delay=2,
-                      disable=not progress) as bar:
-        for (first, last), part in spread(pixels.totals, spans(len(screen), max(1, batch // fields))):
-            totals[:, first:last] = part
-            bar.update((last - first) * fields)
-    shape = screen.height, screen.width
-    image = np.moveaxis(totals[:3].reshape(3, *shape), 0, 2) / fields
-    tests, steps = (totals[row].reshape(shape).astype(np.int64) for row in (3, 4))
-    return image, tests, steps, totals[5].reshape(shape) / fields
-
-
-class _Pixels:
-    """Primary rays of whole pixels, so that their sums do not depend on the batch, and what they see."""
-
-    def __init__(self, caster, shader, screen, settings, regular):
-        self._caster, self._shader, self._screen, self._regular = caster, shader, screen, regular
-        self._side, self._seed = settings.side, settings.seed
-
-    @cached_property
-    def _cast(self):
-        return self._caster.screen(self._screen, self._side)
-
-    def totals(self, first, last):
-        """Sums over the rays of the pixels ``first`` to ``last`` - 1, with the rows of `_Shader.trace`."""
-        side, screen = self._side, self._screen
-        pixel, sample = np.divmod(np.arange(first * side**2, last * side**2), side**2)
-        row, column = np.divmod(pixel, screen.width)
-        rank = side**2 * pixel_ranks(column, row) + sample
-        field = np.stack([sample % side, sample // side], axis=1)
-        within = 0.5 if self._regular else self._within(np.arange(first, last))
-        rays = screen.rays(pixel, (field + within) / side - 0.5)
-        number = (row * side + field[:, 1]) * (side * screen.width) + column * side + field[:, 0]
-        hits = self._cast(np.zeros(len(pixel), dtype=np.int64), number, rays)
-        traced = self._shader.trace(rays, hits, mix(self._seed, 2), rank)
-        return np.stack([np.bincount(pixel - first, values, last - first) for values in traced])
-
-    def _within(self, pixels):
-        """Random points in the fields of pixels: no two of a pixel are in the same of ``side``^2 columns or rows."""
-        side, keys = self._side, mix(self._seed, 1, pixels)
-        lines = mix(keys[:, None, None], np.arange(2)[:, None], np.arange(side)).argsort(axis=2)
-        across = np.broadcast_to(lines[:, 0, :, None], (len(pixels), side, side))
-        down = np.broadcast_to(lines[:, 1, None, :], across.shape)
-        line = np.stack([across, down], axis=3).reshape(-1, 2)
-        draws = mix(np.repeat(keys, side**2), 2, np.tile(np.arange(side**2), len(pixels)))
-        return (line + np.stack([uniform(draws, axis) for axis in range(2)], axis=1)) / side
 
 
 class _Shader:
@@ -489,7 +454,7 @@ def _add(result, owner, light, weight, tests, steps):
         result[4, owner[ray]] += steps[ray]
 
 
-def _stats(scene, settings, hemisphere, indirect, tally):
+def _stats(scene, settings, hemisphere, indirect, tally, found: PixelSums):
     kinds = tally.kinds
     total = {count: sum(kind[count] for kind in kinds.values()) for count in ("rays", "hits", "tests", "steps")}
     return {
@@ -506,4 +471,7 @@ def _stats(scene, settings, hemisphere, indirect, tally):
         "steps_per_ray": total["steps"] / total["rays"],
         "seconds": tally.seconds,
         "not_computed": not_computed(scene, has_buried=indirect.has_buried),
+        "noise": None if settings.noise is None else {
+            "estimate": float(np.sqrt((found.error**2).mean())), "samples": float(found.rays.mean()),
+            "above": int((found.error > settings.noise).sum())},
     }

@@ -36,8 +36,8 @@ def render(scene: Scene, *, camera: Camera | None = None, size: tuple[int, int] 
     progress
         Shows progress bars for steps of more than two seconds.
     settings
-        Others of `golden.light.two_pass.RenderSettings`: ``samples``, ``light_samples``, ``depth``, ``rays``,
-        ``elements``, ``max_edge``, ``max_area``, ``solver``, ``shooting``, ``method``, ``cell``.
+        Others of `golden.light.two_pass.RenderSettings`: ``samples``, ``light_samples``, ``noise``, ``depth``,
+        ``rays``, ``elements``, ``max_edge``, ``max_area``, ``solver``, ``shooting``, ``method``, ``cell``.
 
     Returns
     -------

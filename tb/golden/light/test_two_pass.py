@@ -10,8 +10,9 @@ from golden.frustum import Screen
 from golden.light import form_factors, two_pass
 from golden.light.direct import DirectLight
 from golden.light.indirect import CUTS, EVERY
+from golden.light.pixels import Pixels
 from golden.light.tone import luminance
-from golden.light.two_pass import FAINT, RenderSettings, _Pixels, render
+from golden.light.two_pass import FAINT, RenderSettings, render
 from golden.scene.appearance import from_srgb
 from golden.scene.builtin.furnace import furnace
 from golden.scene.builtin.shapes import box
@@ -287,7 +288,7 @@ def test_each_point_is_shaded_with_its_own_random_numbers(monkeypatch):
 @pytest.mark.parametrize("side", [1, 2, 3, 5])
 def test_random_primary_rays_of_a_pixel_share_no_column_row_or_field(side):
     screen = Screen(camera=looking((0, 0, 1), (0, 0, 0)), width=7, height=5)
-    within = _Pixels(None, None, screen, RenderSettings(samples=side**2), False)._within(np.arange(35))
+    within = Pixels(None, None, screen, RenderSettings(samples=side**2), False)._within(np.arange(35))
     field = np.stack([np.arange(side**2) % side, np.arange(side**2) // side], axis=1)
     line = ((field + within.reshape(35, side**2, 2)) * side).astype(int)
     assert ((within >= 0) & (within < 1)).all()
@@ -380,7 +381,7 @@ def test_stats_have_what_was_promised_and_add_up(room, image_of_room):
     stats = image_of_room.stats
     assert json.loads(json.dumps(stats)) == stats
     assert set(stats) == {"scene", "settings", "patches", "elements", "nodes", "solver", "rays", "total",
-                          "tests_per_ray", "steps_per_ray", "seconds", "not_computed"}
+                          "tests_per_ray", "steps_per_ray", "seconds", "not_computed", "noise"}
     assert set(stats["rays"]) == {"hemisphere", "transmission", "shadow", "primary", "reflection", "refraction",
                                   "gather"}
     assert set(stats["seconds"]) == {"cells", "elements", "form factors", "direct light of elements", "solver",
@@ -438,6 +439,10 @@ def test_default_elements_and_rays_are_about_as_many_as_aimed_at():
     ({"samples": 1025}, "Samples must be 1 to 1024, not 1025"),
     ({"samples": 3}, "Samples must be a square number (1, 4, 9, 16 ... 1024), not 3; the nearest ones are 1 and 4"),
     ({"light_samples": 0}, "Light samples must be 1 to 1024, not 0"),
+    ({"noise": 0.0009}, "Noise must be 0.001 to 1, not 0.0009"),
+    ({"noise": float("nan")}, "Noise must be 0.001 to 1, not nan"),
+    ({"noise": "2%"}, "Noise must be 0.001 to 1, not '2%'"),
+    ({"noise": 0.02, "samples": 1}, "Samples must be at least 4 where noise is estimated, not 1"),
     ({"depth": -1}, "Depth must be 0 to 64, not -1"),
     ({"depth": 65}, "Depth must be 0 to 64, not 65"),
     ({"seed": -1}, "Seed must be 0 to 9223372036854775807, not -1"),

@@ -36,7 +36,7 @@ RAYS = {kind: {"rays": rays, "hits": 1, "tests": 2, "steps": 3} for kind, rays i
     ("primary", 50), ("hemisphere", 30), ("shadow", 120))}
 STATS = {"scene": "test", "patches": 1, "elements": 1, "nodes": 4, "rays": RAYS, "total": RAYS["shadow"],
          "settings": {"width": 1, "height": 1, "solver": "proximity", "method": "grid"},
-         "solver": {"steps": 1, "converged": True}, "seconds": {}, "not_computed": []}
+         "solver": {"steps": 1, "converged": True}, "seconds": {}, "not_computed": [], "noise": None}
 LIT = scene_of((rectangle((0, 0, 0), (1000, 0, 0), (0, 1, 0)), Material(name="lamp", emission=(1, 1, 1))))
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
