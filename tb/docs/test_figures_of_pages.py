@@ -87,3 +87,20 @@ def test_area_of_a_cluster():
     shares = [[int(share) for share in re.findall(r"(\d+) %", row)] for row in rows]
     assert shares == [[round(100 * count / device) for count, device in zip(row, DEVICE, strict=True)]
                       for row in expected]
+
+
+def test_two_clusters_of_the_board():
+    """One cluster with its shell, the units of another one and the network."""
+    page, last = " ".join((ROOT / "docs" / "board.md").read_text().split()), last_records(read_history())
+    one = [int(number.replace(",", "")) for number in re.search(
+        r"is mapped to ([\d,]+) LUTs .*?, ([\d,]+) registers .*?, (\d+) DSP blocks .*? and (\d+) block RAMs",
+        page).groups()]
+    shares = re.search(r"is mapped to.*?\((\d+) %\).*?\((\d+) %\).*?\((\d+) %\).*?\((\d+) %\)", page).groups()
+    assert [int(share) for share in shares] == [
+        round(100 * count / device) for count, device in zip(one, DEVICE, strict=True)]
+    more = [last["ecp5", "board", "", *unit] for unit in (
+        ("icu", "IntersectionUnit"), ("ctu", "TraversalUnit"), ("memsys", "MemorySystem"), ("noc", "PatchNetwork"))]
+    luts, multipliers = (count + sum(getattr(unit, name) for unit in more) for count, name in (
+        (one[0], "lut"), (one[2], "dsp")))
+    assert (f"they are {luts:,} LUTs ({100 * luts / DEVICE[0]:.0f} %) without the second cluster's control, and "
+            f"{multipliers} DSP blocks of {DEVICE[2]}.") in page
