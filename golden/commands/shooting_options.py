@@ -15,8 +15,8 @@ SHOOTING = (
                  "--solver. Not with light from outside the scene."),
     click.option("--shooters", type=int, default=8, help="Set how many near elements with similar normals shoot in a "
                  "step of --shoot, 1 to 4096."),
-    click.option("--overshoot/--no-overshoot", default=True, help="Choose whether elements also shoot in advance what "
-                 "they expect to gain."),
+    click.option("--overshoot/--no-overshoot", default=True, help="Choose whether elements also shoot in advance half "
+                 "of what they expect to gain."),
     click.option("--preview", type=FILE, help="Write a picture of the elements between the steps of --shoot to this "
                  ".png."),
     click.option("--preview-steps", type=int, default=8, help="Set the number of steps from one of these pictures to "

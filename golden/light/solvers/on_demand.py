@@ -15,6 +15,8 @@ __all__ = ["Shooting", "shoot"]
 
 # The most shots of a patch, on average.
 _SHOTS = 100
+# Share of its expected gain that a patch shoots in advance: all of it makes darker patches shoot too early.
+_OVERSHOOT = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +32,7 @@ class Shooting:
         Patches that shoot in a step, at most, 1 to 4096: the one with the most unshot power, and those near it with
         similar normals. Their hemispheres are cast together.
     overshoot
-        Whether a patch also shoots what it is expected to gain from the ambient light.
+        Whether a patch also shoots half of what it is expected to gain from the ambient light.
 
     Raises
     ------
@@ -54,7 +56,7 @@ class Shooting:
 
     def states(self, system: RadiositySystem) -> Iterator[State]:
         """The states before each step."""
-        return shots(system, group=self.shooters, overshoot=float(self.overshoot))
+        return shots(system, group=self.shooters, overshoot=_OVERSHOOT * self.overshoot)
 
 
 def shoot(system: RadiositySystem, shooting: Shooting, *, watch: Callable[[State], None] | None = None,

@@ -19,7 +19,7 @@ _SHOTS = 1000
 
 # Patches shoot together if their normals are within 30 degrees and each has this share of the brightest one's light.
 _SIMILAR = np.cos(np.radians(30.0))
-_BRIGHT = 0.1
+_BRIGHT = 0.5
 
 
 def progressive_refinement(system: RadiositySystem, *, tolerance: float = TOLERANCE, max_steps: int | None = None,
