@@ -14,7 +14,7 @@ MESSAGES = [
     ("icu.rays=1000", "configuration: Rays (icu.rays) must be a power of two, not 1000"),
     ("icu.rays=8", "configuration: Rays (icu.rays) must be 64 to 4194304, not 8"),
     ("icu.cordic_stages=7", "configuration: Cordic stages (icu.cordic_stages) must be 8 to 20, not 7"),
-    ("numbers.vertex_bits=18", "configuration: Vertex bits (numbers.vertex_bits) must be 10 to 17, not 18"),
+    ("numbers.vertex_bits=18", "configuration: Vertex bits (numbers.vertex_bits) must be 8 to 17, not 18"),
     ("numbers.scene_bits=20", "configuration: Vector fraction (numbers.vector_fraction) must be at most "
                               "numbers.scene_bits (20), not 22"),
     ("icu.settle_fraction=7", "configuration: Settle fraction (icu.settle_fraction) must be 1 to 6, not 7"),
