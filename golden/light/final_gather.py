@@ -42,13 +42,17 @@ class FinalGather:
         Rays per point.
     frusta
         As `DirectLight` takes it.
+    reach
+        Shares of an element's length within which a ray that ends there takes the light at its very end.
     """
 
-    def __init__(self, scene: Scene, indirect: IndirectLight, caster, tally: Tally, samples: int, frusta=None):
+    def __init__(self, scene: Scene, indirect: IndirectLight, caster, tally: Tally, samples: int, frusta=None,
+                 reach: float = REACH):
         self._scene, self._indirect, self._samples = scene, indirect, samples
         self._caster = tally.counting("gather", caster)
         self._light = DirectLight(scene, caster, tally, 1, frusta=frusta)
-        self._reach = REACH * np.sqrt(indirect.elements.area)
+        # What reflects nothing needs no light.
+        self._reach = reach * np.sqrt(indirect.elements.area) * (indirect.reflectance > 0).any(axis=1)
 
     def light(self, points: SurfacePoints, u: np.ndarray, v: np.ndarray, front: np.ndarray, keys: np.ndarray,
               rank: np.ndarray) -> np.ndarray:
@@ -71,7 +75,16 @@ class FinalGather:
             result[rows] = self._gathered(points[rows], keys[rows], rank[rows])
         return result
 
-    def _gathered(self, points, keys, rank):
+    def correction(self, points: SurfacePoints, keys: np.ndarray) -> np.ndarray:
+        """What to add to irradiance over pi from elements alone, M x 3, as light changes within those nearby."""
+        result, rank = np.zeros((len(points), 3)), np.zeros(len(points), dtype=np.int64)
+        size = max(1, BLOCK // self._samples)
+        for start in range(0, len(points), size):
+            rows = slice(start, start + size)
+            result[rows] = self._gathered(points[rows], keys[rows], rank[rows], only_change=True)
+        return result
+
+    def _gathered(self, points, keys, rank, only_change=False):
         count, samples = len(points), self._samples
         places = sobol(keys, samples, rank).reshape(-1, 2)
         direction = np.empty((len(places), 3))
@@ -90,30 +103,38 @@ class FinalGather:
             def see_sky(owner, weight, direction, see=see):
                 see(owner, weight, self._scene.background_along(direction))
 
-            for end, part, along, met in ray_ends(owner, weight, rays, hits, clear, see_sky, see):
-                see(end, part, self._reflected(along, met, keys[end], rank[end] * samples + self._numbers(end)))
+            outside = (_ignore, _ignore) if only_change else (see_sky, see)
+            for end, part, along, met in ray_ends(owner, weight, rays, hits, clear, *outside):
+                piece = self._indirect.pieces.seen(along, met)
+                radiance = self._change(piece, met, keys[end], rank[end] * samples + self._numbers(end))
+                if not only_change:
+                    radiance += np.where(piece[:, None] >= 0, self._indirect.display[piece], 0.0)
+                see(end, part, radiance)
             found.append(light / (weight[0] * samples))
         return joined(rows.groups, found)
 
-    def _reflected(self, direction, hits, keys, rank):
-        """Radiance, K x 3, of what rays of unit length hit."""
+    def _change(self, piece, hits, keys, rank):
+        """By how much the radiance of what rays hit nearby, K x 3, differs from that of its piece."""
         elements, indirect = self._indirect.elements, self._indirect
-        piece = indirect.pieces.seen(direction, hits)
-        light = np.where(piece[:, None] >= 0, indirect.display[piece], 0.0)
         element = np.where(piece >= 0, indirect.pieces.element[piece], -1)
         near = np.flatnonzero((element >= 0) & (hits.t < self._reach[element]))
         own, patch, u, v = element[near], hits.patch[near], hits.u[near], hits.v[near]
         points = SurfacePoints(bilinear(self._scene.vertices[patch], u, v), elements.normal[own], patch)
         arriving = self._light.irradiance(points, mix(keys[near], 8), rank[near])
         arriving += indirect.at(patch, u, v, elements.front[own])
-        light[near] = indirect.reflectance[own] * arriving
-        return light
+        change = np.zeros((len(hits.t), 3))
+        change[near] = indirect.reflectance[own] * arriving - indirect.display[piece[near]]
+        return change
 
     @staticmethod
     def _numbers(owner):
         """Numbers of rays among those of equal owners, which follow one another."""
         starts = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]])[:len(owner)])
         return np.arange(len(owner)) - np.repeat(starts, np.diff(np.append(starts, len(owner))))
+
+
+def _ignore(*_):
+    pass
 
 
 @compiled

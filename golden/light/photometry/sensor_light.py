@@ -5,6 +5,7 @@ import numpy as np
 from golden.cast.methods import shadow_caster
 from golden.frustum import Hemisphere
 from golden.light.direct import DirectLight
+from golden.light.final_gather import FinalGather
 from golden.light.indirect import IndirectLight
 from golden.light.photometry.sensors import Sensors
 from golden.light.sampling import mix
@@ -14,10 +15,15 @@ from golden.scene.scene import Scene
 
 __all__ = ["sensor_light"]
 
+# Of the rays of a sensor's hemisphere one in so many gathers, where it ends within so many elements' lengths.
+LESS, NEARBY = 16, 4.0
+
 
 def sensor_light(scene: Scene, sensors: Sensors, indirect: IndirectLight, caster, tally: Tally, *,
                  hemisphere: Hemisphere, light_samples: int, seed: int, frusta=None) -> np.ndarray:
     """Irradiance over pi at S sensors, S x 3 in units of radiance: direct light by shadow rays, the rest by rows.
+
+    Light that changes within the elements nearby is gathered by rays.
 
     Parameters
     ----------
@@ -35,7 +41,9 @@ def sensor_light(scene: Scene, sensors: Sensors, indirect: IndirectLight, caster
         Caster of frusta, or None: ``caster`` casts all rays.
     """
     points = SurfacePoints(sensors.position, sensors.normal, sensors.patches(scene, caster))
+    number = np.arange(len(sensors))
     direct = DirectLight(scene, caster, tally, light_samples, frusta=shadow_caster(frusta),
                          rays=light_samples * len(points))
-    return (direct.irradiance(points, mix(seed, 7, np.arange(len(points))))
+    nearby = FinalGather(scene, indirect, caster, tally, len(hemisphere) // LESS, reach=NEARBY)
+    return (direct.irradiance(points, mix(seed, 7, number)) + nearby.correction(points, mix(seed, 8, number))
             + indirect.at_points(points.position, points.normal, points.sources(scene), hemisphere))
