@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 
-__all__ = ["callback", "compiled", "is_compiler_active"]
+__all__ = ["callback", "compiled", "inlined", "is_compiler_active"]
 
 
 @cache
@@ -36,6 +36,14 @@ def compiled(function: Callable) -> Callable:
         return function
     from golden.kernel_dispatcher import KernelDispatcher
     return KernelDispatcher(function)
+
+
+def inlined(function: Callable) -> Callable:
+    """Compile a function into each compiled one that calls it, whose loops then take several values at once."""
+    if not is_compiler_active():
+        return function
+    from golden.kernel_dispatcher import INLINED, KernelDispatcher
+    return KernelDispatcher(function, targetoptions=INLINED)
 
 
 def callback(function: Callable) -> Callable:

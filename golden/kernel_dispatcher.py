@@ -7,11 +7,14 @@ from numba.core.types import CPointer, uintp, unliteral
 
 from golden.kernel_cache import KernelCache
 
-__all__ = ["CallbackDispatcher", "KernelDispatcher"]
+__all__ = ["INLINED", "CallbackDispatcher", "KernelDispatcher"]
 
 # Arithmetic of numpy, beside other threads; no entry for C, from which nothing calls.
 _OPTIONS = {"nopython": True, "boundscheck": None, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 _WITHOUT_ENTRY = {**_OPTIONS, "no_cpython_wrapper": True}
+
+INLINED = {**_WITHOUT_ENTRY, "forceinline": True}
+"""Options of a function that becomes a part of each kernel that calls it."""
 
 
 class KernelDispatcher(CPUDispatcher):
@@ -24,7 +27,7 @@ class KernelDispatcher(CPUDispatcher):
 
     def __init__(self, py_func, locals=None, targetoptions=None, pipeline_class=None):
         super().__init__(py_func, locals or {}, targetoptions or _OPTIONS)
-        self._twin = None if self.targetoptions == _WITHOUT_ENTRY else KernelDispatcher(
+        self._twin = None if "no_cpython_wrapper" in self.targetoptions else KernelDispatcher(
             py_func, targetoptions=_WITHOUT_ENTRY)
         self._cache = KernelCache(self)
 

@@ -1,8 +1,6 @@
 """Casting with Embree, whose finds are judged in float64."""
 
 import ctypes
-from dataclasses import replace
-from functools import cached_property
 from importlib import import_module
 
 import numpy as np
@@ -13,17 +11,20 @@ from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
 from golden.errors import InputError
 from golden.oracle import Oracle
-from golden.scene.overlaps import overlaps
 from golden.scene.scene import Scene
 from golden.stage_progress import StageProgress
 
 __all__ = ["Embree"]
 
-# In the scene's sizes: how far rays start above their sources, and how far behind that hits may be; how far patches
-# are widened; and by how much less deep than another a hit is if Embree separates them.
-RISE, BACK, WIDTH, SLACK = 2.0**-23, 2.0**-24, 2.0**-19, 2.0**-16
-# How near another patch is that may be at the start of a ray: lattice nodes are 2^-19 away from the borders of theirs.
-REACH = 2.0**-22
+# In the scene's sizes: how far rays start above their sources, and how far behind that Embree begins; how far behind
+# their starts others begin; how far patches are widened; and by how much less deep than another a hit is if Embree
+# separates them.
+RISE, BACK, BEFORE, WIDTH, SLACK = 2.0**-23, 2.0**-25, 2.0**-17, 2.0**-19, 2.0**-16
+# How close above a patch another one is that may be at the start of a ray, and by how much patches reach over each
+# other that just meet.
+BAND, TOUCH = 2.0**-18, 2.0**-20
+# How far from a plane patches are that lie in it, in least distances of hits.
+PLANE = 0.0625
 # Least rays of a compiled call, and calls per thread.
 FEWEST, SHARES = 1 << 12, 8
 # Seconds of the stages of the first caster of all, nearly all of them compilation.
@@ -39,12 +40,15 @@ class Embree(RayCaster):
     together by less than 2^-21.
 
     Embree has each patch 2^-19 wider on all sides than it is, so that a ray between two patches meets both. A hit
-    counts where it is as far again within the patch. If it is nearer to the border, or the patch overlaps another one
-    in its plane, every patch that Embree finds along the ray is judged by the oracle's test; and a ray that passed
-    beside one of them is cast by grid. So no ray leaks through edges, and of equally near patches the first one wins.
+    counts where it is as far again within the patch. If it is nearer to the border, or to the ray's start, or another
+    patch lies upon this one, every patch that Embree finds along the ray is judged by the oracle's test; and of a ray
+    that passes beside one of them, every patch up to its end is. So no ray leaks through edges, and of equally near
+    patches the first one wins.
 
-    A ray starts 2^-23 above its source. What may remain are differences where float32 does not separate two patches: a
-    ray that meets two of one depth, farther than the band from the border of one, or starts that near to another patch.
+    A ray starts 2^-23 above its source, so that Embree does not find that. Where another patch lies along the source,
+    closer than 2^-18, or the ray has no source, it begins 2^-17 before its start instead, and what Embree finds there
+    is judged. What may remain are differences where float32 does not separate two patches: a hit as near to a line
+    where patches cross or touch, a start as near to a patch that is not along its own, a patch seen edge-on.
 
     Parameters
     ----------
@@ -68,11 +72,11 @@ class Embree(RayCaster):
         if not has_embree():
             import_module("numba")
             raise InputError("Method embree needs numba's compiler, which NUMBA_DISABLE_JIT switches off")
-        from golden.cast import embree_kernel
+        from golden.cast import embree_kernel, near_kernel
         from golden.cast.embree_scene import EmbreeScene
 
         super().__init__(jobs)
-        self.oracle, self._kernel = Oracle(scene), embree_kernel
+        self.oracle, self._kernel, self._near = Oracle(scene), embree_kernel, near_kernel
         with StageProgress("embree", EXPECTED, shown=progress) as bar:
             with bar.stage("patches"):
                 self._scene = EmbreeScene((widened(scene, WIDTH * scene.size) - scene.bounds.mean(axis=0)) / scene.size)
@@ -82,25 +86,33 @@ class Embree(RayCaster):
 
     def _modelled(self, scene):
         library, kernel = embree_library(), self._kernel
-        nearest, blocked, around = (ctypes.cast(query, ctypes.c_void_p).value for query in (
-            library.rtcIntersect1, library.rtcOccluded1, library.rtcPointQuery))
-        normals = np.zeros((max(scene.surface.max(), 0) + 1, 3))
-        normals[scene.surface] = scene.normals
+        nearest, together, blocked, around = (ctypes.cast(query, ctypes.c_void_p).value for query in (
+            library.rtcIntersect1, library.rtcIntersect8, library.rtcOccluded1, library.rtcPointQuery))
+        centre, least = scene.bounds.mean(axis=0), self.oracle.nearest
+        near, boxes = np.empty(len(scene), dtype=np.uint8), np.empty((len(scene), 6))
+        self._near.find_near(around, self._near.compare.address, self._scene.address, centre, scene.size,
+                             scene.vertices, scene.normals, BAND * scene.size, PLANE * least, TOUCH * scene.size, near,
+                             boxes)
+        surfaces = int(max(scene.surface.max(), 0)) + 1
+        rises, zones = np.zeros((surfaces, 4), dtype=np.float32), np.full((surfaces, 6), np.inf)
+        rises[scene.surface, :3], zones[:, 3:] = RISE * scene.normals, -np.inf
+        for kind, note in ((self._near.OVER, kernel.LOW_FRONT), (self._near.UNDER, kernel.LOW_BACK)):
+            rises[np.unique(scene.surface[near & kind != 0]), 3] += note
+        np.minimum.at(zones[:, :3], scene.surface, boxes[:, :3] - BAND * scene.size)
+        np.maximum.at(zones[:, 3:], scene.surface, boxes[:, 3:] + BAND * scene.size)
+        # The model has their addresses.
+        self._arrays = scene.vertices, _fields(scene, near & self._near.UPON != 0), rises, zones, scene.normals
+        x, y, z = centre.tolist()
         return kernel.Model(
-            nearest=nearest, blocked=blocked, around=around, judge=kernel.judge.address, find=kernel.find.address,
-            scene=self._scene.address,
-            centre=scene.bounds.mean(axis=0), size=scene.size, rise=RISE, back=BACK, slack=SLACK, reach=REACH,
-            least=self.oracle.nearest, vertices=scene.vertices, patches=_fields(scene), normals=normals)
+            nearest, together, blocked, kernel.judge.address, self._scene.address, x, y, z, scene.size, BACK, BEFORE,
+            SLACK, float(least), len(scene), surfaces, *(one.ctypes.data for one in self._arrays),
+            0 if scene.behind is None else scene.behind.ctypes.data)
 
-    @cached_property
-    def _grid(self):
-        """The caster of rays that Embree leaves undecided."""
-        from golden.cast.shared_caster import shared_caster  # which imports this module
-
-        return shared_caster(self.oracle.scene, "grid", self.jobs)
-
-    def _nearest(self, rays):
+    def nearest(self, rays: Rays) -> Hits:
+        """See the base class."""
         return self._cast(rays, any_hit=False)
+
+    _nearest = nearest
 
     def any_hit(self, rays: Rays) -> Hits:
         """Some hit of each ray before its ``tmax``."""
@@ -108,12 +120,14 @@ class Embree(RayCaster):
 
     def blocked(self, rays: Rays) -> np.ndarray:
         """Whether each ray hits anything before its ``tmax``, R bool."""
-        patch, rows = self._patches(rays, True, *np.empty((3, 0)))
-        patch[rows] = self._grid.any_hit(rays[rows]).patch if len(rows) else -1
-        return patch >= 0
+        return self._patches(rays, True, *np.empty((3, 0))) >= 0
+
+    def nearest_patches(self, rays: Rays) -> np.ndarray:
+        """See the base class."""
+        return self._patches(rays, False, *np.empty((3, 0)))
 
     def _patches(self, rays, any_hit, t, u, v):
-        """The patch that each ray hits, and the rows of the rays that are undecided."""
+        """The patch that each ray hits; where is written to the last three arguments, unless they are empty."""
         self.oracle.check(rays)
         patch = np.empty(len(rays), dtype=np.int32)
 
@@ -122,20 +136,17 @@ class Embree(RayCaster):
                               rays.target[rows], rays.tmax[rows], patch[rows], t[rows], u[rows], v[rows])
 
         self._in_threads(part, len(rays), least=FEWEST, shares=SHARES * self.jobs)
-        return patch, np.flatnonzero(patch == self._kernel.UNDECIDED)
+        return patch
 
     def _cast(self, rays, *, any_hit):
         count = len(rays)
         t, u, v = np.empty((3, count))
-        patch, rows = self._patches(rays, any_hit, t, u, v)
-        if len(rows):
-            hits = self._grid.any_hit(rays[rows]) if any_hit else self._grid.nearest(rays[rows])
-            patch[rows], t[rows], u[rows], v[rows] = hits.patch, hits.t, hits.u, hits.v
+        patch = self._patches(rays, any_hit, t, u, v)
         unknown = np.zeros(count, dtype=np.int64)
         return Hits(patch=patch, t=t, u=u, v=v, tests=unknown, steps=unknown)
 
 
-def _fields(scene):
+def _fields(scene, judged):
     """See `golden.cast.embree_kernel.Model`."""
     a, b, c = (scene.vertices[:, corner] - scene.vertices[:, 0] for corner in (1, 2, 3))
     normal = np.maximum(*(np.linalg.norm(np.cross(one, other), axis=1) for one, other in ((a, b), (b, c))))
@@ -147,6 +158,5 @@ def _fields(scene):
         share = 2 * WIDTH * scene.size / narrowest(scene)
         fields[:, 2] = np.minimum(share, 1)
         fields[:, 3] = np.minimum(2 * share * (normal / scene.size**2), 1e30)
-    # Whichever way they face.
-    fields[overlaps(replace(scene, two_sided=np.ones(len(scene), dtype=bool))).reshape(-1), 2] = 1
+    fields[judged, 2] = 1
     return fields

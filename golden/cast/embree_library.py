@@ -26,6 +26,7 @@ _FUNCTIONS = {
     "rtcIntersect1": (None, [_ADDRESS] * 3),
     "rtcOccluded1": (None, [_ADDRESS] * 3),
     "rtcPointQuery": (ctypes.c_bool, [_ADDRESS] * 5),
+    "rtcIntersect8": (None, [_ADDRESS] * 4),
     "rtcIntersect16": (None, [_ADDRESS] * 4),
     "rtcOccluded16": (None, [_ADDRESS] * 4),
 }

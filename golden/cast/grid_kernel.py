@@ -1,7 +1,8 @@
-"""The traversal of `golden.cast.grid.Grid` as a compiled function, ray by ray, with the tests of `golden.oracle`."""
+"""The traversal of `golden.cast.grid.Grid` as a compiled function, ray by ray."""
 
 import numpy as np
 
+from golden.cast.patch_kernel import dominant_axis, meet, position
 from golden.compiled import compiled
 
 __all__ = ["cast"]
@@ -87,7 +88,7 @@ def cast(origin, direction, source, target, tmax, any_hit, nearest, base, margin
                     if tested[patch] == ray or surface[patch] == source[ray] or surface[patch] == target[ray]:
                         continue
                     tested[patch] = ray
-                    met, depth = meet(vertices, patch, is_triangle[patch], kx, ky, kz, ox, oy, oz, sx, sy)
+                    met, depth = meet(vertices, patch, kx, ky, kz, ox, oy, oz, sx, sy)
                     t = depth * scale
                     if met and t > tmin and (t < best or (t == best and patch < found)):
                         best, found = t, patch
@@ -111,73 +112,3 @@ def cast(origin, direction, source, target, tmax, any_hit, nearest, base, margin
             u, v = position(vertices, found, is_triangle[found], kx, ky, kz, ox, oy, oz, sx, sy)
         patch_of[ray], t_of[ray], u_of[ray], v_of[ray] = found, best if found >= 0 else np.inf, u, v
         tests_of[ray], steps_of[ray] = tests, steps
-
-
-@compiled
-def dominant_axis(x, y, z):
-    """The axis of the largest component, the first of equal ones."""
-    if abs(x) >= abs(y):
-        return 0 if abs(x) >= abs(z) else 2
-    return 1 if abs(y) >= abs(z) else 2
-
-
-@compiled
-def meet(vertices, patch, is_triangle, kx, ky, kz, ox, oy, oz, sx, sy):
-    """Whether a ray is inside a patch, and the depth there."""
-    z0, z1, z2 = vertices[patch, 0, kz] - oz, vertices[patch, 1, kz] - oz, vertices[patch, 2, kz] - oz
-    x0, y0 = (vertices[patch, 0, kx] - ox) - sx * z0, (vertices[patch, 0, ky] - oy) - sy * z0
-    x1, y1 = (vertices[patch, 1, kx] - ox) - sx * z1, (vertices[patch, 1, ky] - oy) - sy * z1
-    x2, y2 = (vertices[patch, 2, kx] - ox) - sx * z2, (vertices[patch, 2, ky] - oy) - sy * z2
-    e01, e12, e20 = x0 * y1 - y0 * x1, x1 * y2 - y1 * x2, x2 * y0 - y2 * x0
-    low, high = min(e01, e12, e20), max(e01, e12, e20)
-    if (low >= 0 or high <= 0) and low != high:
-        return True, (e12 * z0 + e20 * z1 + e01 * z2) / (e12 + e20 + e01)
-    # The other half of a triangle is empty.
-    if is_triangle:
-        return False, 0.0
-    z3 = vertices[patch, 3, kz] - oz
-    x3, y3 = (vertices[patch, 3, kx] - ox) - sx * z3, (vertices[patch, 3, ky] - oy) - sy * z3
-    e23, e30, e02 = x2 * y3 - y2 * x3, x3 * y0 - y3 * x0, -e20
-    low, high = min(e23, e30, e02), max(e23, e30, e02)
-    if (low >= 0 or high <= 0) and low != high:
-        return True, (e23 * z0 + e30 * z2 + e02 * z3) / (e23 + e30 + e02)
-    return False, 0.0
-
-
-@compiled
-def position(vertices, patch, is_triangle, kx, ky, kz, ox, oy, oz, sx, sy):
-    """Bilinear coordinates of a ray's hit on a patch."""
-    z0, z1, z2 = vertices[patch, 0, kz] - oz, vertices[patch, 1, kz] - oz, vertices[patch, 2, kz] - oz
-    x0, y0 = (vertices[patch, 0, kx] - ox) - sx * z0, (vertices[patch, 0, ky] - oy) - sy * z0
-    x1, y1 = (vertices[patch, 1, kx] - ox) - sx * z1, (vertices[patch, 1, ky] - oy) - sy * z1
-    x2, y2 = (vertices[patch, 2, kx] - ox) - sx * z2, (vertices[patch, 2, ky] - oy) - sy * z2
-    if is_triangle:
-        e01, e12, e20 = x0 * y1 - y0 * x1, x1 * y2 - y1 * x2, x2 * y0 - y2 * x0
-        total = e01 + e12 + e20
-        return _share(e20 / (total - e01)), _share(e01 / total)
-    z3 = vertices[patch, 3, kz] - oz
-    x3, y3 = (vertices[patch, 3, kx] - ox) - sx * z3, (vertices[patch, 3, ky] - oy) - sy * z3
-    bx, by, cx, cy = x1 - x0, y1 - y0, x3 - x0, y3 - y0
-    dx, dy = x2 - x3 - bx, y2 - y3 - by
-    v = _unit_root(cx * dy - cy * dx, (x0 * dy - y0 * dx) + (cx * by - cy * bx), x0 * by - y0 * bx)
-    along_x, along_y = bx + dx * v, by + dy * v
-    u = -((x0 + cx * v) * along_x + (y0 + cy * v) * along_y) / (along_x * along_x + along_y * along_y)
-    return _share(u), _share(v)
-
-
-@compiled
-def _unit_root(a, b, c):
-    """The root of ``a x^2 + b x + c`` nearest to the middle of [0, 1], without cancellation."""
-    q = -0.5 * (b + np.copysign(np.sqrt(max(b * b - 4 * a * c, 0.0)), b))
-    far, near = q / a, c / q
-    if not np.isfinite(far):
-        far = np.inf
-    if not np.isfinite(near):
-        near = np.inf
-    return far if abs(far - 0.5) < abs(near - 0.5) else near
-
-
-@compiled
-def _share(value):
-    """A value clipped to [0, 1]; what is not finite is 0."""
-    return min(max(value, 0.0), 1.0) + 0.0 if np.isfinite(value) else 0.0

@@ -260,7 +260,7 @@ class Scene:
         return float((self.bounds[1] - self.bounds[0]).max())
 
     @cached_property
-    def _behind(self):
+    def behind(self):
         """N int32: the patch back to back with each, or itself; None if there are no such pairs."""
         single = np.flatnonzero(~self.two_sided)
         corners = self.vertices[single] + 0.0  # -0 becomes 0
@@ -280,6 +280,8 @@ class Scene:
         found = np.arange(len(self), dtype=np.int32)
         pair = np.flatnonzero((np.diff(place) == 0)
                               & (np.einsum("ij,ij->i", self.normals[rows[:-1]], self.normals[rows[1:]]) < 0))
+        if not len(pair):
+            return None
         one, other = rows[pair], rows[pair + 1]
         found[one], found[other] = other, one
         return _constant(found)
@@ -294,10 +296,10 @@ class Scene:
         direction
             K x 3, of the rays.
         """
-        if self._behind is None:
+        if self.behind is None:
             return patch
         is_back = np.einsum("ki,ki->k", self.normals[patch], direction) > 0
-        return np.where(is_back & (patch >= 0), self._behind[patch], patch)
+        return np.where(is_back & (patch >= 0), self.behind[patch], patch)
 
     def channels(self, name: str) -> np.ndarray:
         """A material property (``"diffuse"``, ``"emission"``, ...) of every patch, N x 3 (or N)."""

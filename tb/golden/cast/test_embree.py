@@ -110,3 +110,24 @@ def test_hits_do_not_depend_on_threads():
     rays = random_rays(scene, 5, 20_000)
     one = Embree(scene, jobs=1)
     assert_same(one.nearest(rays), one.with_jobs(3).nearest(rays))
+
+
+@pytest.mark.parametrize("height", [2.0**-26, 2.0**-22, 2.0**-19])
+def test_rays_that_start_closer_below_a_plate_than_float32_resolves_hit_it(height):
+    """Each starts at a point of its own, on either side of a floor with a plate on both."""
+    floor = np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    plate = floor * 0.5 + [0.25, 0.25, 0]
+    over = np.array([0, 0, height])
+    scene = Scene(name="plates", vertices=np.stack([floor, plate + over, plate[::-1] - over]),
+                  material=np.zeros(3), materials=builtin_scene("cornell").materials)
+    random = np.random.default_rng(7)
+    origin = np.column_stack([random.random((2000, 2)), np.zeros(2000)])
+    rays = Rays(origin, random.normal(size=(2000, 3)) * [0.3, 0.3, 1], scene.surface[np.zeros(2000, dtype=int)])
+    embree, grid = Embree(scene), Grid(scene)
+    found = embree.nearest(rays)
+    under = (np.abs(origin[:, :2] - 0.5) < 0.25 - 4 * height).all(axis=1) & (
+        np.abs(rays.direction[:, :2]) < np.abs(rays.direction[:, 2:])).all(axis=1)
+    assert under.sum() > 300
+    np.testing.assert_array_equal(found.patch[under], np.where(rays.direction[under, 2] > 0, 1, 2))
+    assert_same(found, grid.nearest(rays))
+    np.testing.assert_array_equal(embree.blocked(rays), grid.blocked(rays))
