@@ -22,12 +22,12 @@ _BATCH = 32
 # ray, which rays of a packet are cast, and the packet; and all of them.
 _ARGUMENTS, _STATE, _RAY_AT, _VALID_AT, _PACKET_AT, _WORDS = 8, 24, 32, 48, 56, 144
 # Words of the state, whole numbers: addresses of the scene's arrays, and what the query is.
-_VERTICES, _PATCHES, _COUNT, _WANTED, _SOURCE, _TARGET = 2, 3, 4, 5, 6, 7
+_VERTICES, _PATCHES, _COUNT, _GOAL, _SOURCE, _TARGET = 2, 3, 4, 5, 6, 7
 # What the judge has found: a patch, and whether a ray passed beside one.
 _FOUND, _BESIDE = 8, 9
 # And float64: the ray, its limits, the best t, and the length of the direction where Embree's is about one.
 _ORIGIN, _DIRECTION, _LEAST, _BEST, _UNIT, _BEGIN, _SLACK = 10, 13, 16, 17, 18, 19, 20
-# What is wanted of a query: the nearest hit, any, or the nearest of all that a ray meets up to its end.
+# What a query is to find: the nearest hit, any, or the nearest of all that a ray meets up to its end.
 _NEAREST, _ANY, _ALL = 0, 1, 2
 # Words of four bytes of Embree's ray.
 _END, _MASK, _MET, _GEOMETRY = 8, 9, 17, 18
@@ -119,7 +119,7 @@ def judge(arguments):
     if surface == whole[_SOURCE] or surface == whole[_TARGET]:
         valid[0] = 0
         return
-    if whole[_WANTED] == _ANY:
+    if whole[_GOAL] == _ANY:
         u, v = found[3], found[4]
         inner = min(u, v, 1 - u - v) if fields[4 * patch + 1] != 0 else min(u, v, 1 - u, 1 - v)
         slope = abs(found[0] * ray[4] + found[1] * ray[5] + found[2] * ray[6])
@@ -138,7 +138,7 @@ def judge(arguments):
         whole[_BESIDE] = 1
     elif t > real[_LEAST] and (t < real[_BEST] or (t == real[_BEST] and patch < whole[_FOUND])):
         real[_BEST], whole[_FOUND] = t, patch
-        if whole[_WANTED] != _ALL:
+        if whole[_GOAL] != _ALL:
             # Embree goes on to those that are nearly as near.
             ray[_END] = np.float32(t * real[_UNIT] - real[_BEGIN] + real[_SLACK])
             return
@@ -309,7 +309,7 @@ def _take(model, ray, lanes, row, patch_of):
 
 
 @compiled
-def _judge_each(model, wanted, rows, origin, direction, source, target, tmax, arguments, patch_of):
+def _judge_each(model, goal, rows, origin, direction, source, target, tmax, arguments, patch_of):
     """Write the patches that rays hit, each that Embree finds judged; of a ray that passes beside one, all along it."""
     arguments[0], at = _WITH_FILTER, np.uintp(arguments.ctypes.data)
     ray = at + np.uintp(8 * _RAY_AT)
@@ -319,9 +319,9 @@ def _judge_each(model, wanted, rows, origin, direction, source, target, tmax, ar
         real[_LEAST] = model.least / np.sqrt(dx * dx + dy * dy + dz * dz)
         real[_DIRECTION], real[_DIRECTION + 1], real[_DIRECTION + 2] = dx, dy, dz
         real[_ORIGIN], real[_ORIGIN + 1], real[_ORIGIN + 2] = origin[row, 0], origin[row, 1], origin[row, 2]
-        whole[_SOURCE], whole[_TARGET], whole[_WANTED] = source[row], target[row], wanted
+        whole[_SOURCE], whole[_TARGET], whole[_GOAL] = source[row], target[row], goal
         while True:
-            now = whole[_WANTED]
+            now = whole[_GOAL]
             _, begin, unit = _aim(model, now == _ANY, ray, 1, row, origin, direction, source, tmax)
             real[_BEST], real[_UNIT], real[_BEGIN] = tmax[row], unit, begin
             whole[_FOUND], whole[_BESIDE] = -1, 0
@@ -329,7 +329,7 @@ def _judge_each(model, wanted, rows, origin, direction, source, target, tmax, ar
                 call(model.blocked if now == _ANY else model.nearest, (np.uintp(model.scene), ray, at))
             if now == _ALL or whole[_BESIDE] == 0 or (now == _ANY and whole[_FOUND] >= 0):
                 break
-            whole[_WANTED] = _ALL
+            whole[_GOAL] = _ALL
         patch_of[row] = whole[_FOUND]
 
 

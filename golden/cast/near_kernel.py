@@ -10,7 +10,7 @@ __all__ = ["OVER", "UNDER", "UPON", "compare", "find_near"]
 UPON, OVER, UNDER = 1, 2, 4
 """Bits of `find_near`."""
 
-# Words of eight bytes: a point with its context, then what is asked: addresses of the corners and normals of patches,
+# Words of eight bytes: a point with its context, then the arguments: addresses of the corners and normals of patches,
 # of how many, a patch of them, what has been found about it; and, float64, its limits, and the box of what is above it.
 _POINT, _STATE = 24, 14
 _VERTICES, _NORMALS, _COUNT, _OWN, _FOUND, _BAND, _LEAST, _TOUCH, _BOX = range(9)

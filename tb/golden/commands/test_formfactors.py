@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from golden.cast import shared_caster
 from golden.cast.grid import Grid
 from golden.commands import choices
 from golden.light.closed_forms import c_11
@@ -241,3 +242,15 @@ def test_every_option_reaches_the_work(words, expected, monkeypatch, tmp_path):
         expected = expected | {"adaptive": {"error": 0.01, "seed": 0}}
     for name, options in (expected | {"caster": {1: "naive", "cell": 0.3}, "pool": {"cell": 0.3}}).items():
         assert {key: seen.given[name][key] for key in options} == options
+
+
+def test_one_line_says_that_grid_casts_where_embree_is_missing(folder, monkeypatch):
+    """Without the wheel the factors are those of grid; a method that is named needs no line."""
+    monkeypatch.setattr(shared_caster, "has_embree", lambda: False)
+    fallen, named = (run("formfactors", *SCENE, *method, "-o", name)
+                     for method, name in (((), "F.npz"), (("--method", "grid"), "G.npz")))
+    assert fallen.exit_code == named.exit_code == 0, fallen.stderr
+    assert sum("installs Embree" in line for line in fallen.stderr.splitlines()) == 1
+    assert "installs Embree" not in named.stderr
+    ours, theirs = (read_view_factors(folder / name) for name in ("F.npz", "G.npz"))
+    np.testing.assert_array_equal(ours.F.toarray(), theirs.F.toarray())
