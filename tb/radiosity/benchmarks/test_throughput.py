@@ -11,28 +11,42 @@ from golden.config import PRESETS
 from hw.history import read_history
 from hw.simulator.simulation_config import simulation_config
 from radiosity.benchmarks.engine import prepare_cast
-from radiosity.benchmarks.throughput import cluster_luts, rays_of, row_of
+from radiosity.benchmarks.throughput import EmbreeRates, clock_text, embree_rates, rays_of, recorded, row_of
 
 
 def test_rates_are_of_cycles_and_the_clock():
     found = {"patches": 20, "rays": 1000, "cast_cycles": 4000, "tests_per_ray": 2.5, "efficiency": 0.625}
-    row = row_of("lobby", found, mhz=80, luts=40_000, embree=5e6, same=0.9991)
-    # 2500 tests and 1000 rays in 50 microseconds.
-    assert [cell.strip() for cell in row.split("|")[1:-1]] == [
-        "lobby", "20", "1000", "2500", "4000", "0.625", "0.250", "50.0", "250", "20.00", "500", "5.00", "0.25", "99.91"]
-    unknown = row_of("lobby", found, mhz=80, luts=None, embree=5e6, same=0.9991)
-    assert unknown == row.replace(" 500 ", "  ")
+    embree = EmbreeRates(one=5e6, all=9e6, binding=2e6, same=0.9991)
+    row = row_of("lobby", found, mhz=80, luts=40_000, embree=embree)
+    # A ray in four cycles: 1000 rays in 50 microseconds, and 0.25 / 0.04 in a cycle of a million LUTs.
+    assert row == ["`lobby`", "20", "1000", "2500", "4000", "0.625", "0.250", "6.2", "20.00", "500", "5.00", "9.00",
+                   "2.00", "99.91"]
+    assert row_of("lobby", found, mhz=None, luts=40_000, embree=embree) == [*row[:8], "", "", *row[10:]]
+    assert row_of("lobby", found, mhz=80, luts=None, embree=embree) == [*row[:7], "", row[8], "", *row[10:]]
 
 
-def test_luts_are_those_of_the_last_record_of_a_cluster(monkeypatch):
+def test_a_clock_is_that_of_a_whole_machine(monkeypatch):
+    """Of the last record of the same parameters; a cluster's has LUTs and no clock of a machine."""
     known = next(record for record in read_history() if record.family == "ecp5" and record.preset == "small")
     cluster = replace(known, parameters="noc.columns=1 noc.rows=1", block="cluster", unit="Cluster", lut=1234)
+    engine = replace(cluster, block="engine", unit="Engine", lut=2000, seeds=(1, 2, 3), mhz=(40.0, 43.0, 41.0),
+                     commit="abc")
     other = replace(cluster, parameters="icu.slots=16 noc.columns=1 noc.rows=1", lut=7)
-    history = [replace(cluster, lut=9), cluster, other]
+    history = [replace(cluster, lut=9), cluster, replace(engine, lut=1), engine, other]
     monkeypatch.setattr("radiosity.benchmarks.throughput.read_history", lambda: history)
-    assert cluster_luts("small", ()) == 1234
-    assert cluster_luts("small", ("icu.slots=16",)) == 7
-    assert cluster_luts("tiny", ()) is None
+    assert list(recorded("small", ())) == [engine, cluster]
+    assert list(recorded("small", ("icu.slots=16",))) == [other]
+    assert not list(recorded("tiny", ()))
+    assert clock_text(engine).endswith("from seeds 1, 2, 3, commit abc")
+
+
+def test_embree_casts_the_machines_rays():
+    config = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
+    prepared = prepare_cast(config, "cornell", cell=0.125, rays=(32, 8))
+    hits = Shelling.of_cells(prepared.request.geometry, prepared.request.table, config).cast(prepared.records[0])[0]
+    found = embree_rates(prepared, hits.patch)
+    assert found.same > 0.99
+    assert min(found.one, found.all, found.binding) > 0
 
 
 @pytest.mark.parametrize("scene", ["cornell", "lobby"])
