@@ -90,7 +90,7 @@ def test_areas_are_those_of_the_parts_of_a_path():
 
 @pytest.mark.nightly
 def test_simulated_cycles_are_those_of_the_hardware():
-    """Traces have the tests of clusters that hold all patches, which matters in `lobby` on one cluster alone."""
+    """In `lobby` on one cluster survival looks back over a long stall, which traces do not have."""
     error = {(row.scene, row.clusters, row.sets, row.share): abs(simulated / row.cycles - 1)
              for row, simulated in simulated_rows(recorded_rows())}
     assert len(error) == 12
