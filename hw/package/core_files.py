@@ -12,6 +12,7 @@ from hw.output import write_text
 from hw.package.constraints import lpf, sdc, xdc
 from hw.package.crossings import crossings, with_synchronisers
 from hw.package.example.link_example import link_example
+from hw.package.example.stream_example import SCRIPTS, stream_example
 from hw.package.flit_format import flit_format, flit_text
 from hw.package.manifest import manifest
 from hw.package.notice import LICENSE, with_notice
@@ -114,9 +115,12 @@ def core_files(top: str, *, config: Config, preset: str, period: float | None = 
         files |= software_files(name, config=config, counters=COUNTERS, sha256=facts["sha256"], buses=TOPS[top].buses)
     if TOPS[top].is_network:
         files |= link_example(name, config, is_router=top == "router")
+    if top in SCRIPTS:
+        files |= stream_example(top, name, config)
     has_job = "job/job.bin" in files
     files[f"{name}.core"] = _fusesoc(name, about, has_job=has_job)
-    files["README.md"] = readme(top, name, facts, mhz=1000 / period, has_job=has_job)
+    files["README.md"] = readme(top, name, facts, mhz=1000 / period, has_job=has_job,
+                                has_bench="example/bench.v" in files)
     files["LICENSE"] = LICENSE
     return {path: content if isinstance(content, bytes) or content is text else with_notice(path, content)
             for path, content in files.items()}

@@ -141,9 +141,28 @@ golden model has it. `make -C example check` needs Icarus Verilog, `make -C exam
 and `make -C example cocotb` cocotb 2 (`SIM=verilator`: in Verilator). `given.hex` and `required.hex` have a word for
 each cycle; `words.v` says which bits of it are which port.
 """
+_STREAM_EXAMPLE = """
+## The example
+
+`example/` has benches in which {what}. They give streams the golden model's stimuli, compare what comes with its
+results, and stall now and then. `make -C example check` needs Icarus Verilog, `make -C example verilator` Verilator
+5.036 or newer, and `make -C example cocotb` cocotb 2 (`SIM=verilator`: in Verilator). Each stream has a file: a line is
+an item's step and its bits, of outputs between them a mask of the bits that are compared. A step begins when all items
+of those before have been given or have come. A file of requests has in each line a request and an item of its answer.
+"""
+# What happens in the bench of a unit.
+_BENCHES = {
+    "icu": "a hemisphere and a screen are cast in the Cornell box: patches go in; tokens, the settle map, all hits and "
+           "all sums come out",
+    "ctu": "a hemisphere's grid rays traverse the Cornell box, where most rays have been settled: all cells come out, "
+           "each with its stage, those of a frustum in any order, because rays are traversed beside each other",
+    "cluster": "a hemisphere is cast in a lobby of 227 patches, of which the cluster holds 16 and requests the others: "
+               "all hits and sums come out as it writes them to main memory, and the end of the section. Of its "
+               "completion record counters are not compared that depend on cycles",
+}
 
 
-def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_job: bool) -> str:
+def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_job: bool, has_bench: bool) -> str:
     """The page as Markdown.
 
     Parameters
@@ -152,8 +171,8 @@ def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_
         One of `TOPS`, the name of its module, and its manifest.
     mhz
         The clock of the constraints.
-    has_job
-        The core has a job for the example.
+    has_job, has_bench
+        The core has a job for its example, or an example with benches.
     """
     config, ports, is_engine = facts["parameters"], facts["ports"], TOPS[top].is_engine
     usual = PRESETS[facts["preset"]].parameters()
@@ -162,8 +181,9 @@ def readme(top: str, name: str, facts: Mapping[str, object], *, mhz: float, has_
         else _STREAMS
     if TOPS[top].is_network:
         meaning += _LINKS.format(flits="\n".join(f"* {line}" for line in flit_text(facts["flit"])))
-        if config["noc.columns"] * config["noc.rows"] > 1:
-            meaning += _NETWORK_EXAMPLE.format(parts="exported routers" if top == "router" else "the module")
+    if has_bench:
+        meaning += _NETWORK_EXAMPLE.format(parts="exported routers" if top == "router" else "the module") \
+            if TOPS[top].is_network else _STREAM_EXAMPLE.format(what=_BENCHES[top])
     more = ", registers, error codes, counters" if is_engine else ", counters" if "counters" in facts else ""
     return _README.format(
         top=top, name=name, licence=LICENCE, about=facts["about"], version=facts["version"],

@@ -6,10 +6,10 @@ from amaranth.sim import Simulator
 
 from golden.config import Config
 from hw.control.job_control import JobControl
+from hw.lib.payload import pack, unpack
 from hw.registers.engine_registers import register
 from tb.control.job_rules import JobRules
 from tb.control.job_units import quiet
-from tb.lib.payload import pack, unpack
 
 __all__ = ["ControlBench", "Script"]
 

@@ -11,9 +11,9 @@ from golden.config import PRESETS
 from golden.jobs.completion import COMPLETION, NO_CLUSTER, has_arrived, lap, parse_completions
 from hw.control.completion_writer import RECORDS, CompletionWriter
 from hw.control.job_formats import COMPLETION_WORDS
+from hw.lib.payload import pack, unpack
 from hw.registers.error_code import ErrorCode
 from tb.control.job_descriptors import WIDTHS
-from tb.lib.payload import pack, unpack
 from tb.lib.timing import documented_latency
 
 NODES = 3

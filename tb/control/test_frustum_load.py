@@ -13,12 +13,12 @@ from golden.schedule.phase import schedule
 from hw.control.frustum_load import FrustumLoad
 from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.icu_formats import IcuFormats, TableKind
+from hw.lib.payload import pack, unpack
 from hw.memsys.image_layout import RegionNumber, halves
-from tb.control.image_words import words
-from tb.ctu.grid_load import unit_writes
+from hw.package.example.frustum_load import table_writes
+from hw.package.example.grid_load import unit_writes
+from hw.package.example.image_words import words
 from tb.golden.schedule.scenes import Case, case
-from tb.icu.frustum_load import table_writes
-from tb.lib.payload import pack, unpack
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 

@@ -7,8 +7,8 @@ from amaranth.sim import Simulator
 from golden.config import PRESETS
 from hw.control.frustum_slot import FrustumSlot
 from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX
+from hw.lib.payload import pack, unpack
 from tb.control.job_descriptors import descriptor, near_words, words_of
-from tb.lib.payload import pack, unpack
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"]

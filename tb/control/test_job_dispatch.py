@@ -10,9 +10,9 @@ from golden.jobs.completion import NO_CLUSTER
 from golden.jobs.descriptor import ANY_CLUSTER, RULES, check_descriptor
 from hw.control.job_dispatch import JobDispatch
 from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, JobFormats, byte_of
+from hw.lib.payload import pack, unpack
 from hw.registers.error_code import ErrorCode
 from tb.control.job_descriptors import changed, descriptor, near_words, words_of
-from tb.lib.payload import pack, unpack
 from tb.lib.timing import documented_latency
 
 CLUSTERS = 3

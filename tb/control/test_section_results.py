@@ -4,11 +4,11 @@ import numpy as np
 
 from golden.jobs.completion import COMPLETION
 from hw.control.section_results import COUNTS, SectionResults
+from hw.lib.payload import unpack
 from hw.memsys.fault import Fault
 from hw.memsys.result_formats import HitFormat
 from hw.registers.error_code import ErrorCode
 from tb.lib.bench import Bench
-from tb.lib.payload import unpack
 from tb.lib.runner import IN_A_COMMIT
 
 

@@ -13,10 +13,10 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.config import PRESETS
 from golden.stimulus import block
+from hw.lib.payload import unpack
 from tb.lib.clocking import start
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.payload import unpack
 from tb.lib.ports import Ports
 from tb.lib.runner import options
 from tb.lib.signature import payload_shape

@@ -8,8 +8,8 @@ import numpy as np
 from golden.ctu.settle_pyramid import SettlePyramid
 from golden.ctu.survival import survivors_by_code
 from hw.ctu.stage_count import NEAR_STAGE
+from hw.lib.payload import unpack
 from tb.ctu.traversal_bench import STAGES, SWEEP, Surroundings
-from tb.lib.payload import unpack
 
 __all__ = ["StageCells", "in_order"]
 

@@ -12,7 +12,7 @@ from golden.icu.sbb import SphericalWindows
 from golden.icu.vertex_direction import vertex_direction
 from golden.stimulus.frusta import SOURCE, random_hemisphere, random_screen
 from golden.stimulus.patches import scene_patches
-from tb.icu.frustum_load import frustum_payload, table_writes
+from hw.package.example.frustum_load import frustum_payload, table_writes
 from tb.icu.vectors import WINDOW
 
 __all__ = ["CASES", "FRUSTA", "SubshellPatches"]

@@ -9,7 +9,7 @@ from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.near_window import NearWindow
-from tb.ctu.grid_load import GridAddresses, grid_writes
+from hw.package.example.grid_load import GridAddresses, grid_writes
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS
 

@@ -4,7 +4,7 @@ from functools import partial
 
 from golden.ctu.sector import sector_rays
 from hw.ctu.row_arcs import RowArcs
-from tb.ctu.grid_load import GridAddresses
+from hw.package.example.grid_load import GridAddresses
 from tb.ctu.window_stages import SECTORS, WindowStages
 from tb.lib.bench import Bench, Vectors
 

@@ -14,8 +14,8 @@ from golden.stimulus.ctu.grids import shells
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.survival import Survival
-from tb.ctu.grid_load import GridAddresses, grid_writes, grouped
-from tb.icu.frustum_load import frustum_payload, tiles
+from hw.package.example.frustum_load import frustum_payload, tiles
+from hw.package.example.grid_load import GridAddresses, grid_writes, grouped
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.stall_patterns import STALLS

@@ -8,9 +8,9 @@ from cocotb.triggers import ClockCycles
 from golden.stimulus.ctu.records import traversal_record
 from hw.ctu.subshell_generator import ListError
 from hw.ctu.traversal_unit import TraversalUnit
+from hw.package.example.frustum_load import table_writes
 from tb.ctu.stage_cells import StageCells
 from tb.ctu.traversal_bench import ClusterPart, Intersection, SettlePort, Surroundings
-from tb.icu.frustum_load import table_writes
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.responder import Responder

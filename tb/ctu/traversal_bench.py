@@ -17,9 +17,10 @@ from golden.icu.settle_code import settle_code
 from golden.memsys.filter import Filter
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.stage_count import NEAR_STAGE
-from tb.ctu.grid_load import GridAddresses, grouped, unit_writes
-from tb.icu.frustum_load import frustum_payload
-from tb.lib.payload import pack
+from hw.lib.payload import pack
+from hw.package.example.frustum_load import frustum_payload
+from hw.package.example.grid_load import GridAddresses, grouped, unit_writes
+from hw.package.example.settle_words import settle_words
 from tb.lib.ports import Ports
 from tb.lib.stream import now
 
@@ -105,13 +106,7 @@ class ClusterPart:
 
     def words(self, codes):
         """Settle codes of the section's rows and columns as words, tile by tile."""
-        side = 1 << self.config.icu.tile_bits
-        rows, columns = codes.shape
-        # What lies beyond the border is never written.
-        whole = np.zeros((-(-rows // side) * side, self.tiles_across * side), dtype=np.int64)
-        whole[:rows, :columns] = codes
-        tiles = whole.reshape(len(whole) // side, side, -1, side).transpose(0, 2, 1, 3).reshape(-1, side * side)
-        return [pack(self.word, tile) for tile in tiles.tolist()]
+        return [pack(self.word, tile) for tile in settle_words(codes, self.config)]
 
 
 class SettlePort:

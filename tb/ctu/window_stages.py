@@ -10,8 +10,8 @@ from golden.icu.ray_memory import RayMemory
 from golden.stimulus.ctu.grids import shells
 from golden.stimulus.ctu.records import TraversalRecord
 from golden.stimulus.frusta import random_hemisphere, random_screen
-from tb.ctu.grid_load import GridAddresses, grid_writes
-from tb.icu.frustum_load import frustum_payload
+from hw.package.example.frustum_load import frustum_payload
+from hw.package.example.grid_load import GridAddresses, grid_writes
 
 __all__ = ["CASES", "FRUSTA", "SECTORS", "RecordStages", "WindowStages"]
 

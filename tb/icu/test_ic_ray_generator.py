@@ -8,7 +8,7 @@ from golden.icu.window_walk import ray_address, walk_cycles, window_rays
 from golden.stimulus.frusta import random_hemisphere
 from golden.stimulus.icu.section_clip import draw_windows
 from hw.icu.ic_ray_generator import IcRayGenerator
-from tb.icu.frustum_load import tiles
+from hw.package.example.frustum_load import tiles
 from tb.icu.vectors import section_window_of
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage

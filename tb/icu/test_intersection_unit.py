@@ -19,9 +19,9 @@ from golden.icu.settle_code import settle_code
 from golden.icu.window_walk import window_tiles
 from golden.scene.builtin import builtin_scene
 from hw.icu.intersection_unit import TOKENS, IntersectionUnit, _product, _reaches, _successor_reaches
+from hw.package.example.frustum_load import frustum_payload, table_writes
 from radiosity.benchmarks.viewpoints import hard_records
 from tb.golden.soups import soup
-from tb.icu.frustum_load import frustum_payload, table_writes
 from tb.icu.unit_bench import section_hits, vertices
 from tb.icu.unit_coverage import COVERAGE, CoveredBench
 from tb.lib.clocking import start

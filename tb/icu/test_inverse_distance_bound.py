@@ -9,7 +9,7 @@ from golden.stimulus import block
 from golden.stimulus.frusta import SOURCE, frustum_arrays, frustum_record, random_hemisphere, random_screen
 from golden.stimulus.patches import scene_patches
 from hw.icu.inverse_distance_bound import InverseDistanceBound
-from tb.icu.frustum_load import table_writes
+from hw.package.example.frustum_load import table_writes
 from tb.icu.vectors import LIMITS, assert_all_occur, factor_of, frustum_of, largest, slot_of, window_of
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of

@@ -15,7 +15,7 @@ from golden.stimulus.frusta import SOURCE, frustum_arrays, random_hemisphere, ra
 from golden.stimulus.patches import scene_patches
 from hw.formats import SURFACE_BITS
 from hw.icu.patch_setup import PatchSetup
-from tb.icu.frustum_load import frustum_payload, table_writes
+from hw.package.example.frustum_load import frustum_payload, table_writes
 from tb.icu.vectors import WINDOW, factor_of, rows, section_window_of, winding_of
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage

@@ -5,9 +5,9 @@ from amaranth.hdl import Shape
 
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.patch_slots import PatchSlots
+from hw.lib.payload import unpack
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
-from tb.lib.payload import unpack
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from golden.stimulus.frusta import random_hemisphere, random_screen
 from hw.icu.ray_direction import RayDirection
-from tb.icu.frustum_load import table_writes
+from hw.package.example.frustum_load import table_writes
 from tb.icu.vectors import rows
 from tb.lib.bench import Bench, Vectors
 

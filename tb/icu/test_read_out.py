@@ -16,11 +16,11 @@ from golden.icu.window_walk import ray_address
 from golden.stimulus import block
 from hw.icu.ray_memory import RayMemory
 from hw.icu.read_out import ReadOut
-from tb.icu.frustum_load import tiles
+from hw.lib.payload import pack, unpack
+from hw.package.example.frustum_load import tiles
 from tb.lib.clocking import start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
-from tb.lib.payload import pack, unpack
 from tb.lib.ports import Ports
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.scoreboard import check

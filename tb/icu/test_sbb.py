@@ -11,7 +11,7 @@ from golden.stimulus.frusta import frustum_arrays, frustum_record, random_hemisp
 from golden.stimulus.icu.edge_planes import plane_arrays, planes_of
 from golden.stimulus.patches import r_patches
 from hw.icu.sbb import Sbb
-from tb.icu.frustum_load import table_writes
+from hw.package.example.frustum_load import table_writes
 from tb.icu.vectors import (
     LIMITS,
     assert_all_occur,

@@ -8,7 +8,7 @@ from golden.ctu.sector import Sector
 from golden.frustum import FrustumRecord
 from golden.scene.patch_geometry import PatchGeometry
 from hw.icu.intersection_unit import IntersectionUnit
-from tb.icu.frustum_load import frustum_payload, table_writes
+from hw.package.example.frustum_load import frustum_payload, table_writes
 from tb.lib.ports import Ports
 
 __all__ = ["UnitBench", "section_hits", "vertices"]

@@ -7,7 +7,7 @@ from golden.ctu.sector import Sector
 from golden.frustum import FrustumRecord
 from golden.stimulus import block
 from golden.stimulus.frusta import frustum_arrays, frustum_record
-from tb.icu.frustum_load import frustum_payload
+from hw.package.example.frustum_load import frustum_payload
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage
 

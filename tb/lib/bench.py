@@ -21,9 +21,9 @@ import pytest
 from amaranth.lib.wiring import Out
 
 from golden.config import Config
+from hw.lib.payload import unpack
 from tb.lib.configurations import CONFIGURATIONS, DEPTHS, config_of
 from tb.lib.cycles import CHANCES, Table, any_value, replay
-from tb.lib.payload import unpack
 from tb.lib.responder import Responder
 from tb.lib.runner import SIMULATORS, simulate
 from tb.lib.schedules import Schedule, ScheduleBench

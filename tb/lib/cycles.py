@@ -15,7 +15,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
 from hw.lib.checks import checked
-from tb.lib.payload import mask_of, pack, unpack
+from hw.lib.payload import mask_of, pack, unpack
 from tb.lib.ranges import ends
 from tb.lib.signature import payload_shape, port_flows, ports_of, stream_of, streams_of
 

@@ -10,8 +10,8 @@ from amaranth.lib.wiring import In, Out
 from cocotb.task import Task
 from cocotb.triggers import RisingEdge
 
+from hw.lib.payload import pack, unpack
 from tb.lib.clocking import reset
-from tb.lib.payload import pack, unpack
 from tb.lib.responder import Responder
 from tb.lib.runner import options
 from tb.lib.signature import payload_shape, ports_of, stream_of, streams_of

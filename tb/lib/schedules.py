@@ -21,7 +21,7 @@ from amaranth.sim import Simulator
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
-from tb.lib.payload import pack, unpack
+from hw.lib.payload import pack, unpack
 from tb.lib.ranges import integers
 from tb.lib.responder import Responder
 from tb.lib.seed import IS_DRAWN

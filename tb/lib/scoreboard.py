@@ -1,6 +1,6 @@
 """Scoreboard: what came against what was expected."""
 
-from tb.lib.payload import mask_of, pack, unpack
+from hw.lib.payload import mask_of, pack, unpack
 
 __all__ = ["check"]
 

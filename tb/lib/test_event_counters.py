@@ -3,8 +3,8 @@ import random
 import pytest
 
 from hw.lib.event_counters import EventCounters
+from hw.lib.payload import unpack
 from tb.lib.configurations import config_of
-from tb.lib.payload import unpack
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 

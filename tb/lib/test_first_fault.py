@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 
 from golden.config import PRESETS
 from hw.lib.first_fault import FirstFault
+from hw.lib.payload import unpack
 from hw.memsys.fault import Fault
 from hw.memsys.memory_formats import MemoryFormats
-from tb.lib.payload import unpack
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
 
 LAYOUT, COUNT = MemoryFormats(PRESETS["tiny"]).fault, 3

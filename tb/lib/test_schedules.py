@@ -6,9 +6,9 @@ from amaranth.lib.wiring import In, Out
 from hypothesis import find, given
 from hypothesis import strategies as st
 
+from hw.lib.payload import pack, unpack
 from hw.lib.queue import Queue
 from tb.formal.negative_control import NegativeControl
-from tb.lib.payload import pack, unpack
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads, schedules
 
 SHAPE = StructLayout({"number": 4, "inverted": 4})

@@ -6,8 +6,8 @@ import numpy as np
 
 from golden.config import Config
 from golden.memsys.cache import Cache
+from hw.lib.payload import pack
 from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
-from tb.lib.payload import pack
 from tb.memsys.memory_path import scene_image
 
 __all__ = ["BusScene"]

@@ -12,12 +12,12 @@ from cocotb.triggers import RisingEdge
 
 from golden.config import Config
 from golden.memory_map import BEATS, REGIONS, pack_beats
+from hw.lib.payload import pack, unpack
 from hw.memsys.local_bus import LocalBus
 from hw.memsys.memory_formats import MemoryFormats
 from hw.memsys.memory_system import MemorySystem
 from hw.memsys.path_formats import PathFormats
 from hw.memsys.system_bus_interface import READERS, SystemBusInterface
-from tb.lib.payload import pack, unpack
 
 __all__ = ["Memory", "MemoryPath", "Mesh", "scene_image"]
 

@@ -11,6 +11,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 from golden.ctu.sector import Sector
 from golden.memsys.patch_store import PatchStore
 from golden.memsys.reference_strings import ReferenceStrings
+from hw.lib.payload import pack, unpack
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.memory_system import MemorySystem
 from hw.memsys.path_fault import PathFault
@@ -18,7 +19,6 @@ from hw.memsys.path_formats import PathFormats
 from tb.golden.schedule.scenes import case
 from tb.lib.clocking import reset
 from tb.lib.configurations import config_of
-from tb.lib.payload import pack, unpack
 from tb.lib.runner import options
 from tb.lib.stall_patterns import STALLS
 from tb.lib.stream import Sink, Source

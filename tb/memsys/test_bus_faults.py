@@ -6,11 +6,11 @@ import cocotb
 import pytest
 from cocotb.triggers import ClockCycles, RisingEdge
 
+from hw.lib.payload import unpack
 from hw.memsys.fault import Fault
 from hw.memsys.main_memory_port import MainMemoryPort
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
-from tb.lib.payload import unpack
 from tb.lib.runner import options, simulate
 from tb.memsys.faulty_memory import READ_FAULTS, WRITE_FAULTS, BusFault, FaultyMemory
 from tb.memsys.memory_bench import ModelAtPort

@@ -9,12 +9,12 @@ from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.memsys.cache import Cache as GoldenCache
 from golden.memsys.cache_policy import CachePolicy as GoldenPolicy
+from hw.lib.payload import pack, unpack
 from hw.memsys.cache import Cache
 from hw.memsys.cache_policy import CachePolicy
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.payload import pack, unpack
 from tb.lib.responder import Responder
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.schedules import Schedule, ScheduleBench

@@ -4,12 +4,12 @@ import random
 from dataclasses import dataclass
 
 from golden.config import Config
+from hw.lib.payload import pack
 from hw.memsys.cell_fetch import CellFetch
 from hw.memsys.patch_fetch import PatchFetch
 from hw.memsys.path_formats import BEATS, PathFormats
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import config_of
-from tb.lib.payload import pack
 from tb.lib.responder import responder
 from tb.memsys.memory_path import scene_image
 

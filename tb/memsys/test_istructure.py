@@ -10,11 +10,11 @@ from golden.config import PRESETS
 from golden.memsys.istructure import answers
 from golden.stimulus import block
 from golden.stimulus.memsys.istructure import COUNT, DEFERRED, READ, START
+from hw.lib.payload import pack, unpack
 from hw.memsys.istructure import IStructure
 from tb.lib.clocking import reset, start
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source

@@ -7,10 +7,10 @@ from amaranth.sim import Simulator
 
 from golden.config import PRESETS
 from hw.lib.arbiter import Arbiter
+from hw.lib.payload import pack
 from hw.memsys import local_bus_interface
 from hw.memsys.local_bus_interface import LocalBusInterface
 from hw.memsys.path_formats import PathFormats, RequestKind
-from tb.lib.payload import pack
 
 CONFIG = PRESETS["tiny"]
 FORMATS = PathFormats(CONFIG)

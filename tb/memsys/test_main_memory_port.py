@@ -6,6 +6,7 @@ import pytest
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.errors import InputError
+from hw.lib.payload import pack, unpack
 from hw.memsys.fault import Fault
 from hw.memsys.main_memory_port import MainMemoryPort
 from hw.memsys.memory_formats import MemoryFormats
@@ -13,7 +14,6 @@ from hw.memsys.read_engine import ReadEngine
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.payload import pack, unpack
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.scoreboard import check
 from tb.lib.stall_patterns import STALLS, stall_pairs

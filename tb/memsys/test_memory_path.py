@@ -9,6 +9,7 @@ import cocotb
 import pytest
 from cocotb.triggers import ClockCycles, RisingEdge
 
+from hw.lib.payload import pack, unpack
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.memory_system import MemorySystem
 from hw.memsys.path_fault import PathFault
@@ -16,7 +17,6 @@ from tb.lib.clocking import start
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
-from tb.lib.payload import pack, unpack
 from tb.lib.runner import BUILD, options, simulate
 from tb.lib.stall_patterns import STALL_PAIRS
 from tb.lib.stream import Monitor, Source

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from golden.config import PRESETS
+from hw.lib.payload import pack
 from hw.memsys.local_bus import LocalBus
 from hw.memsys.local_bus_interface import LocalBusInterface
 from hw.memsys.patch_merge import PatchMerge
 from hw.memsys.path_formats import BEATS, RequestKind
 from hw.memsys.read_share import ReadShare
 from hw.memsys.vertex_merge import VertexMerge
-from tb.lib.payload import pack
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, schedules
 from tb.lib.timing import documented_latency
 

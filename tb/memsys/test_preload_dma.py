@@ -13,6 +13,7 @@ from cocotb.triggers import ClockCycles, RisingEdge
 from golden.errors import InputError
 from golden.memory_map import ENTRY, EVERY_CLUSTER, HEADER, NONE, REGIONS, MemoryImage, from_bytes, phase_image
 from golden.schedule.phase import schedule
+from hw.lib.payload import pack, unpack
 from hw.memsys.axi_signature import AxiSignature
 from hw.memsys.fault import Fault
 from hw.memsys.image_header import TABLES
@@ -25,7 +26,6 @@ from tb.golden.schedule.scenes import CONFIG, case
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
-from tb.lib.payload import pack, unpack
 from tb.lib.runner import BUILD, SIMULATORS, options, simulate
 from tb.lib.scoreboard import check
 from tb.lib.stall_patterns import STALLS, stall_pairs

@@ -2,12 +2,12 @@
 
 import pytest
 
+from hw.lib.payload import unpack
 from hw.memsys.cache_policy import CachePolicy
 from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
 from hw.memsys.system_bus_interface import SystemBusInterface
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of
-from tb.lib.payload import unpack
 from tb.lib.responder import Responder, responder
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency

@@ -5,9 +5,9 @@ from amaranth.lib.data import StructLayout
 
 from golden.config import PRESETS
 from golden.noc.packing import CHECK_BITS, pack_flits
+from hw.lib.payload import pack, unpack
 from hw.noc.packer import Packer
 from tb.lib.bench import Bench, Vectors
-from tb.lib.payload import pack, unpack
 from tb.lib.stages import Expand
 
 BITS = 32

@@ -6,10 +6,10 @@ from amaranth.lib.data import StructLayout
 
 from golden.config import PRESETS
 from golden.noc.packing import check, pack_flits
+from hw.lib.payload import pack, unpack
 from hw.noc.network_fault import NetworkFault
 from hw.noc.unpacker import Unpacker
 from tb.lib.bench import Bench, Vectors
-from tb.lib.payload import pack, unpack
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.stages import Gather
 

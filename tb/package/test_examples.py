@@ -5,11 +5,15 @@ import shutil
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+from golden.config import PRESETS
 from hw.package.example.link_example import FLITS
+from hw.package.example.stream_example import SCRIPTS, stream_example
 from tb.lib.runner import tools
 from tb.package.exported_engine import written
+from tb.package.test_dialects import DIALECTS
 
 
 def make(folder, *goal):
@@ -25,6 +29,14 @@ def passes(folder, goal):
     assert is_right, text
     (flits,) = re.findall(r"^(\d+) flits in \d+ cycles, 0 cycles differ: PASS$", text, re.MULTILINE)
     assert int(flits) >= FLITS
+
+
+def cycles_of(folder, *goal):
+    """Of a unit's bench that passes."""
+    text, is_right = make(folder, *goal)
+    assert is_right, text
+    (cycles,) = re.findall(r"^\d+ items in (\d+) cycles, 0 wrong: PASS$", text, re.MULTILINE)
+    return int(cycles)
 
 
 @pytest.mark.icarus
@@ -63,3 +75,68 @@ def test_every_network_in_every_simulator(top, network, tmp_path):
         passes(tmp_path, goal)
     for simulator in "icarus", "verilator":
         assert make(tmp_path, "cocotb", f"SIM={simulator}", f"PYTHON={sys.executable}")[1]
+
+
+@pytest.fixture(scope="module")
+def examples():
+    """By unit the files of its example."""
+    return {top: stream_example(top, f"radiosity_{top}", PRESETS["tiny"]) for top in SCRIPTS}
+
+
+def lines_of(files, stream):
+    return [int(line, 16) for line in files[f"example/{stream}.hex"].splitlines()]
+
+
+@pytest.mark.parametrize("top", SCRIPTS)
+def test_a_bench_has_every_port_and_every_item(top, examples, facts_of):
+    """Each port of the manifest is connected, and each source and sink has as many items as its file."""
+    files = examples[top]
+    connected = re.findall(r"\.(\w+)\(", re.search(rf"  radiosity_{top} unit \((.*?)\);\n", files["example/bench.v"],
+                                                    re.DOTALL)[1])
+    assert sorted(connected) == sorted(port["name"] for port in facts_of(top)["ports"])
+    counts = re.findall(r'\.COUNT\((\d+)\).*?\.FILE\("(\w+)\.hex"\)', files["example/bench.v"], re.DOTALL)
+    assert {f"example/{stream}.hex" for _, stream in counts} == {path for path in files if path.endswith(".hex")}
+    for count, stream in counts:
+        assert len(lines_of(files, stream)) == int(count)
+        assert f"'{stream}'" in files["example/test_bench.py"]
+
+
+def test_settled_rays_end_grid_rays_in_the_bench_of_the_traversal_unit(examples, monkeypatch):
+    """With nothing settled it would have more cells."""
+    monkeypatch.setattr("hw.package.example.ctu_script.settle_code", lambda inverse, config: np.zeros_like(inverse))
+    unsettled = stream_example("ctu", "radiosity_ctu", PRESETS["tiny"])
+    assert 0 < len(lines_of(examples["ctu"], "o")) < len(lines_of(unsettled, "o"))
+
+
+def test_a_cluster_requests_from_others_and_from_main_memory_in_its_bench(examples):
+    """Both have replies, and together with its own patches all are there."""
+    files = examples["cluster"]
+    for request in "o_request", "o_bus":
+        assert lines_of(files, request)
+
+
+@pytest.mark.parametrize(("top", "config"), [
+    ("ctu", PRESETS["thesis"]), ("icu", PRESETS["tiny"].replace({"icu.rays": 256})),
+    ("cluster", PRESETS["tiny"].replace({"memsys.own_entries": 64}))], ids=["lists of subshells", "rays", "entries"])
+def test_units_that_are_too_small_have_no_bench(top, config):
+    assert stream_example(top, f"radiosity_{top}", config) == {}
+
+
+@pytest.mark.icarus
+@pytest.mark.nightly
+@pytest.mark.parametrize("top", SCRIPTS)
+def test_every_unit_in_every_simulator_and_dialect(top, tmp_path):
+    """From the folder alone; the cycles are the same in all dialects and in Verilator. A wrong bit is noticed."""
+    written(tmp_path, "--top", top, "--preset", "tiny")
+    cycles = cycles_of(tmp_path, "verilator")
+    for standard in DIALECTS:
+        assert cycles_of(tmp_path, "clean", "check", f"STANDARD={standard}") == cycles
+    for simulator in "icarus", "verilator":
+        assert make(tmp_path, "cocotb", f"SIM={simulator}", f"PYTHON={sys.executable}")[1]
+    required = {"icu": "o_hit", "ctu": "o", "cluster": "o_write_data"}[top]
+    path = tmp_path / "example" / f"{required}.hex"
+    notice, first, *others = path.read_text().splitlines()
+    path.write_text("\n".join([notice, f"{int(first, 16) ^ 1:0{len(first)}x}", *others]))
+    text, is_right = make(tmp_path, "verilator")
+    assert not is_right
+    assert ": FAIL" in text

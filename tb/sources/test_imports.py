@@ -27,7 +27,8 @@ TABLES = {
 }
 # Packages of golden that only drivers, the simulated machine and the commands of hw need.
 WHOLE_MODEL = {"golden.cast", "golden.commands", "golden.light", "golden.scene", "golden.schedule"}
-DRIVERS = ("hw/host.py", "hw/cli.py", "hw/commands/", "hw/simulator/", "hw/board/", "hw/package/software/")
+DRIVERS = ("hw/host.py", "hw/cli.py", "hw/commands/", "hw/simulator/", "hw/board/", "hw/package/software/",
+           "hw/package/example/")
 # Blocks whose components import golden's numbers through one file, the list of what hardware and model must agree on.
 BLOCK_TABLES = {"icu": {"hw/icu/icu_tables.py"}, "lib": {"hw/lib/cordic.py"}, "noc": {"hw/noc/noc_tables.py"}}
 

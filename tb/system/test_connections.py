@@ -17,12 +17,12 @@ from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import NEAR_INDEX
 from hw.engine import FETCH, PRELOAD, Engine
 from hw.icu.intersection_unit import IntersectionUnit
+from hw.lib.payload import pack, unpack
 from hw.memsys.image_layout import RegionNumber
 from hw.noc.network_fault import NetworkFault
-from tb.control.image_words import words
+from hw.package.example.frustum_load import frustum_payload
+from hw.package.example.image_words import words
 from tb.golden.schedule.scenes import case
-from tb.icu.frustum_load import frustum_payload
-from tb.lib.payload import pack, unpack
 from tb.system.connections import Connections
 
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})

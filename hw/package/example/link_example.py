@@ -1,7 +1,5 @@
 """The example of a router or network: a whole network, each flit in the cycle in which the golden model has it."""
 
-from pathlib import Path
-
 import numpy as np
 
 from golden.config import Config
@@ -10,6 +8,7 @@ from golden.noc.network import Network, Packets
 from golden.noc.packing import VERTICES, reply_flits, request_flits
 from golden.noc.topology import LOCAL, Topology
 from hw.noc.network_parameters import network_parameters
+from hw.package.example.templates import example_files
 
 __all__ = ["FLITS", "link_example"]
 
@@ -17,8 +16,6 @@ __all__ = ["FLITS", "link_example"]
 FLITS, _LOAD = 10_000, 0.8
 # Most cycles, and entries of the patterns in which sources and sinks stall, with the share of those in which they do.
 _CYCLES, _PATTERN, _STALLS = 1_000_000, 503, 0.15
-_FOLDER = Path(__file__).parent
-_TEMPLATES = ("bench.v", "test_bench.py", "Makefile")
 
 
 def link_example(name: str, config: Config, *, is_router: bool) -> dict[str, str]:
@@ -41,24 +38,16 @@ def link_example(name: str, config: Config, *, is_router: bool) -> dict[str, str
     sources = [f"../{name}.v", *(["network.v"] if is_router else []), "words.v"]
     mask = f"{required.flits_only:x}"
     width = given.link_bits * given.links
-    words = {"@NAME@": name, "@WIDTH@": str(width), "@LINKS@": str(given.links), "@LINK@": str(given.link_bits),
-             "@CYCLES@": str(given.cycles), "@FLITS@": str(flits), "@MASK@": f"{width}'h{mask}",
-             "@PYTHON_MASK@": f"0x{mask}", "@MAKE_SOURCES@": " ".join(sources),
-             "@SOURCES@": ", ".join(f'"{source}"' for source in sources)}
-    files = {f"example/{file}": _filled(file, words) for file in _TEMPLATES}
+    files = example_files("link", {
+        "NAME": name, "WIDTH": str(width), "LINKS": str(given.links), "LINK": str(given.link_bits),
+        "CYCLES": str(given.cycles), "FLITS": str(flits), "MASK": f"{width}'h{mask}", "PYTHON_MASK": f"0x{mask}",
+        "MAKE_SOURCES": " ".join(sources), "SOURCES": ", ".join(f'"{source}"' for source in sources)})
     files |= {f"example/{file}.hex": "".join(f"{word:0{-(-width // 4)}x}\n" for word in side.words)
               for file, side in (("given", given), ("required", required))}
     files["example/words.v"] = _words_module(module, given)
     if is_router:
         files["example/network.v"] = _network_module(module, name, topology, given)
     return files
-
-
-def _filled(file, words):
-    text = (_FOLDER / f"{file}.in").read_text()
-    for word, value in words.items():
-        text = text.replace(word, value)
-    return text
 
 
 def _words(config):

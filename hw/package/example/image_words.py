@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from golden.memory_map import REGIONS, MemoryImage
-from hw.memsys.image_layout import RegionNumber
+from hw.memsys.image_layout import PATCH_WORDS, RegionNumber
 
-__all__ = ["words"]
+__all__ = ["patch_words", "words"]
 
 
 def words(image: MemoryImage, cluster: int) -> Iterator[dict]:
@@ -26,3 +26,10 @@ def words(image: MemoryImage, cluster: int) -> Iterator[dict]:
         for record, row in enumerate(data.reshape(len(array), -1)):
             for word, value in enumerate(row):
                 yield {"region": RegionNumber(number).value, "record": record, "word": word, "data": int(value)}
+
+
+def patch_words(image: MemoryImage, cluster: int) -> Iterator[dict]:
+    """The patches of a cluster's resident set, as of `words`, by their local addresses."""
+    for address, patch in enumerate(image.residents(cluster)):
+        for word, value in enumerate(np.frombuffer(image["patches"][patch].tobytes(), dtype="<u8")[:PATCH_WORDS]):
+            yield {"region": RegionNumber.PATCHES.value, "record": address, "word": word, "data": int(value)}

@@ -6,7 +6,7 @@ from golden.config import Config
 from golden.ctu.grid_rays import GridRays
 from golden.ctu.unit import CellTraversalUnit
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats, GridTableKind
-from tb.lib.payload import pack
+from hw.lib.payload import pack
 
 __all__ = ["GridAddresses", "grid_writes", "grouped", "unit_writes"]
 
