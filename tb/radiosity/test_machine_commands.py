@@ -15,9 +15,10 @@ import golden.cli
 import golden.schedule.job_shelling
 import radiosity.cli
 import radiosity.machine_cast
-from golden.cast.fixed_frusta import shares
+from golden.cast.fixed_frusta import ShellingFrusta, shares
 from golden.cast.fixed_hits import FixedHits
 from golden.cast.rays import Rays
+from golden.cast.shadow_rays import ShadowRays
 from golden.config import PRESETS
 from golden.frustum import Hemisphere, Screen
 from golden.jobs.completion import COMPLETION
@@ -300,6 +301,19 @@ def test_sums_that_are_not_those_of_the_hits_are_refused(right):
     found, first = caster.hemispheres(hemisphere, point, frames, np.array([-1])), np.zeros(1, dtype=np.int64)
     with nullcontext() if right else pytest.raises(RuntimeError, match="sums are not those of its hits"):
         assert found(first, first, Rays(origin=point, direction=frames[:, 2])).patch == [-1]
+
+
+def test_the_host_casts_shadow_rays_in_the_machine_s_integers():
+    scene, config = open_scene("cornell"), simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
+    random, target = np.random.default_rng(1), np.arange(400) % len(scene)
+    rays = ShadowRays(points=scene.centres[:1], surfaces=scene.surface[:1], light=np.zeros(400, dtype=int),
+                      targets=np.einsum("kc,kci->ki", random.dirichlet(np.ones(4), 400), scene.vertices[target]),
+                      normals=scene.normals[target])
+    machine, shelling = (caster.shadows(rays) for caster in (
+        MachineCaster(scene, SimpleNamespace(config=config), cell=0.5), ShellingFrusta(scene)))
+    np.testing.assert_array_equal(machine.blocked, shelling.blocked)
+    np.testing.assert_array_equal(machine.cast, shelling.cast)
+    assert 0 < machine.blocked.sum() < machine.cast.sum()
 
 
 def test_rays_and_cycles_of_screens_are_counted_apart():
