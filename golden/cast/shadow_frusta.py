@@ -20,9 +20,9 @@ __all__ = ["LEAST", "shadow_ends", "shadow_frusta"]
 
 # A frustum has at least so many rays, and a grid of 2^FEWEST_BITS to 2^MOST_BITS positions an axis, with at most SHARE
 # of its positions taken if it can.
-LEAST = 32
+LEAST = 16
 FEWEST_BITS, MOST_BITS = 4, 8
-SHARE = 1 / 4
+SHARE = 1 / 32
 # Axes of the six sixths of the sphere: forward along +x, +y, +z, -x, -y, -z.
 AXES = np.array([[[0, 1, 0], [0, 0, 1], [1, 0, 0]], [[0, 0, 1], [1, 0, 0], [0, 1, 0]],
                  [[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],

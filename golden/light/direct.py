@@ -18,8 +18,8 @@ from golden.scene.scene import Scene
 
 __all__ = ["DirectLight"]
 
-# Pairs of point and light per block.
-BLOCK = 1 << 20
+# Pairs of point and light per block; more where rays are cast as frusta, which share what a frustum takes.
+BLOCK, SHADOW_BLOCK = 1 << 20, 1 << 23
 # A shadow ray ends this share of its length before its light, so that the light does not shadow itself.
 SHORT_OF_LIGHT = 1 - 1e-6
 # Lights nearer than this many of their radii are sampled uniformly by solid angle: sampling by area has unbounded
@@ -77,8 +77,8 @@ class DirectLight:
 
     def _share_points(self, rays):
         """Choose the points of lights that shadow rays share; lights without an area are such points."""
-        most = max(self._samples, rays // EACH // max(1, len(self._lights)))
-        self._bits = int(np.clip(np.ceil(np.log2(most) / 2), *SHARED))
+        by_rays = np.floor(np.log2(max(1, rays // EACH // max(1, len(self._lights)))) / 2)
+        self._bits = int(np.clip(max(np.ceil(np.log2(self._samples) / 2), by_rays), *SHARED))
         on_lights = [net_points(self._vertices, self._is_triangle, self._bits)] if len(self._lights) else []
         lights = [light.position for light in self._scene.lights if isinstance(light, PointLight)]
         self._points = np.concatenate([*on_lights, np.reshape(lights, (-1, 3))])
@@ -102,7 +102,8 @@ class DirectLight:
         """
         rank = np.zeros(len(points), dtype=np.int64) if rank is None else rank
         result = np.zeros((len(points), 3))
-        block = max(1, BLOCK // max(len(self._lights), self._samples))
+        pairs = BLOCK if self._frusta is None else SHADOW_BLOCK
+        block = max(1, pairs // max(len(self._lights), self._samples))
         for start in range(0, len(points), block):
             rows = slice(start, start + block)
             if len(self._lights):

@@ -16,8 +16,8 @@ from golden.scene.scene import Scene
 
 __all__ = ["FinalGather"]
 
-# Rays per block, which bounds memory.
-BLOCK = 1 << 17
+# Rays per block, which bounds memory; more where their shadow rays are cast as frusta, which many must share.
+BLOCK, SHADOW_BLOCK = 1 << 17, 1 << 19
 # A ray that ends within this share of an element's length takes the light at its very end.
 REACH = 0.5
 # Integer weights of the rays of a point sum to 2^32 or just below it.
@@ -51,6 +51,7 @@ class FinalGather:
         self._scene, self._indirect, self._samples = scene, indirect, samples
         self._caster = tally.counting("gather", caster)
         self._light = DirectLight(scene, caster, tally, 1, frusta=frusta)
+        self._block = BLOCK if frusta is None else SHADOW_BLOCK
         # What reflects nothing needs no light.
         self._reach = reach * np.sqrt(indirect.elements.area) * (indirect.reflectance > 0).any(axis=1)
 
@@ -69,7 +70,7 @@ class FinalGather:
         """
         result = self._indirect.at(points.patch, u, v, front)
         touched = np.flatnonzero(self._indirect.touched(points.patch, u, v, front))
-        size = max(1, BLOCK // self._samples)
+        size = max(1, self._block // self._samples)
         for start in range(0, len(touched), size):
             rows = touched[start:start + size]
             result[rows] = self._gathered(points[rows], keys[rows], rank[rows])
