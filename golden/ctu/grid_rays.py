@@ -15,11 +15,14 @@ from golden.ctu import margins
 from golden.fixed import round_shift
 from golden.frustum.record import screen_slope_scale
 
-__all__ = ["FRACTION", "INDEX_FRACTION", "GridRays", "hemisphere_rays", "screen_rays", "steps"]
+__all__ = ["FRACTION", "INDEX_FRACTION", "KEPT", "GridRays", "hemisphere_rays", "screen_rays", "steps"]
 
 # Fraction bits of the direction tables, and of positions among the intersection rays.
 FRACTION = 16
 INDEX_FRACTION = 8
+
+KEPT = 128
+"""Shells whose grid rays are kept in memory."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,7 +88,7 @@ def steps(shell: int):
     return 2 * np.arctan(r / np.sqrt(2)), 2 * np.arctan(r / np.sqrt(2 + r * r))
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=KEPT)
 def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
     """Grid rays of a shell for a hemisphere of ``azimuths`` x ``polars`` intersection rays.
 
@@ -118,7 +121,7 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
                     column_table=around, column_reach=reach)
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=KEPT)
 def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int], half_angles: tuple[float, float],
                 spread: float = 0) -> GridRays:
     """Grid rays of a shell (a slab of depth) for a screen.

@@ -5,7 +5,7 @@ import numpy as np
 from golden.config import Config
 from golden.ctu import margins
 from golden.ctu.cell_traversal import BEGIN_BITS, NEVER, POSITION_FRACTION, Traversal
-from golden.ctu.grid_rays import hemisphere_rays, screen_rays
+from golden.ctu.grid_rays import KEPT, hemisphere_rays, screen_rays
 from golden.ctu.near_cells import near_cells
 from golden.ctu.ray_memory import RayMemory
 from golden.ctu.sector import Sector, sector_rays, subshell_rays
@@ -19,6 +19,10 @@ from golden.icu.settle_code import settle_threshold
 from golden.memsys.cell_table import CellTable
 
 __all__ = ["CellTraversalUnit", "global_directions"]
+
+# Bytes of a grid ray, of which a shell has as many as its number squared, times those of this one by its own; and most
+# bytes of the shells kept between an origin and the scene.
+RAY_BYTES, SAMPLE, MOST_BYTES = 40, 16, 8 << 30
 
 
 class CellTraversalUnit:
@@ -45,7 +49,8 @@ class CellTraversalUnit:
     ------
     InputError
         Directions are too coarse for the cells, or parameters exceed their bits: the field of view is too wide, or the
-        cells are too small.
+        cells are too small. Or the origin is so far from the scene that the grid rays of the shells between need more
+        than 8 GiB.
     """
 
     def __init__(self, record: FrustumRecord, table: CellTable, sector: Sector | None = None):
@@ -67,6 +72,26 @@ class CellTraversalUnit:
         if too_coarse or end - begin > NEVER or begin >> BEGIN_BITS:
             raise InputError(f"frustum: {self.last_shell} shells of {record.slope_scale:.6g} cells along a grid ray "
                              "are too many; use a narrower view or larger cells")
+        self._check_memory(offset)
+
+    def _check_memory(self, offset):
+        """Refuse an origin from which no ray can settle in so many shells that memory cannot hold their grid rays.
+
+        ``offset`` leads to the corners of the cells.
+        """
+        if self.record.is_screen:
+            distance = (offset @ self.record.matrix[2]).min() / self.record.z_scale
+        else:
+            distance = np.linalg.norm(np.maximum(np.maximum(offset.min(axis=0), -offset.max(axis=0)), 0))
+        shells = int(max(distance, 0) / self.table.cell)
+        if shells <= SAMPLE:
+            return
+        sample = self.rays(SAMPLE)
+        size = RAY_BYTES * sample.rows * sample.columns * (shells / SAMPLE)**2 * min(shells, KEPT)
+        if size > MOST_BYTES:
+            raise InputError(f"frustum: {shells} shells lie between its origin and the scene, whose grid rays need "
+                             f"{size / 2**30:.0f} GiB, more with the square of their number, and at most "
+                             f"{MOST_BYTES >> 30} are allowed; use larger cells or a nearer origin, or --method embree")
 
     def rays(self, shell: int):
         """The frustum's `GridRays` of a shell."""

@@ -8,7 +8,7 @@ import pytest
 from golden.config import Config
 from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, NEVER, POSITION_FRACTION
 from golden.ctu.grid_rays import FRACTION, INDEX_FRACTION
-from golden.ctu.unit import CellTraversalUnit, global_directions
+from golden.ctu.unit import RAY_BYTES, SAMPLE, CellTraversalUnit, global_directions
 from golden.errors import InputError
 from golden.fixed import signed
 from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
@@ -69,3 +69,25 @@ def test_thresholds_fall_from_shell_to_shell():
 def test_a_view_too_wide_for_the_parameters_is_refused():
     with pytest.raises(InputError, match="use a narrower view or larger cells"):
         CellTraversalUnit(screen(179.99), TABLE)
+
+
+def test_an_origin_whose_shells_exceed_the_memory_is_refused_in_one_line():
+    """Before any shell is made. The estimate is the memory of the grid rays that the shells between have."""
+    def unit(sizes, fov=None):
+        origin = SCENE.bounds.mean(axis=0) - np.array([0, 0, sizes * SCENE.size])
+        coordinates = GCoordinates.of(SCENE, CONFIG.numbers, [origin])
+        table = CellTable(coordinates.integers(SCENE.vertices), cell=coordinates.cell_size(0.0625))
+        camera = Camera(eye=tuple(origin), target=tuple(SCENE.bounds.mean(axis=0)), up=(0, 1, 0), fov=fov or 1)
+        record = (screen_record(Screen(camera=camera, width=32, height=32), coordinates) if fov
+                  else hemisphere_record(Hemisphere(16, 4), coordinates, origin, (0, 0, 1)))
+        return CellTraversalUnit(record, table)
+
+    near = unit(6)
+    shells = 5.5 * 16
+    shell = near.rays(round(shells)).direction.nbytes * RAY_BYTES / 24
+    estimate = RAY_BYTES * near.rays(SAMPLE).rows * near.rays(SAMPLE).columns * (shells / SAMPLE)**2
+    assert shell * 0.8 < estimate < shell * 1.2
+    with pytest.raises(InputError, match=r"\A.*: [0-9]+ shells lie between .* need [0-9]+ GiB, .* larger cells.*\Z"):
+        unit(60)
+    # A narrow picture from there has few grid rays.
+    assert unit(60, fov=1).last_shell > 59 * 16
