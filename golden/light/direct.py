@@ -18,8 +18,9 @@ from golden.scene.scene import Scene
 
 __all__ = ["DirectLight"]
 
-# Pairs of point and light per block; more where rays are cast as frusta, which share what a frustum takes.
-BLOCK, SHADOW_BLOCK = 1 << 20, 1 << 23
+# Pairs of point and light, or shadow rays, per block, which bounds memory; more where rays are cast as frusta, which
+# share what a frustum takes.
+BLOCK, SHADOW_BLOCK = 1 << 18, 1 << 23
 # A shadow ray ends this share of its length before its light, so that the light does not shadow itself.
 SHORT_OF_LIGHT = 1 - 1e-6
 # Lights nearer than this many of their radii are sampled uniformly by solid angle: sampling by area has unbounded

@@ -20,7 +20,7 @@ from golden.spread import Spread, in_turn, spans
 __all__ = ["HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns", "ray_ends"]
 
 # Rays per block, which bounds memory.
-_BLOCK = 1 << 18
+_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -107,13 +107,13 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
         for (first, last), part in spread(work.sums, parts):
             found[first] = part
             bar.update((last - first) * size)
-    # In the order of the hemispheres, whichever ended first.
-    row_sums = np.concatenate([np.zeros(0, dtype=np.int64), *(found[first][0] for first, _ in parts)])
-    light = np.concatenate([np.zeros((0, 3)), *(found[first][1] for first, _ in parts)])
-    entries = [entry for first, _ in parts for entry in found[first][2]]
-    data, row, column = (
-        np.concatenate(part) for part in zip(*entries, strict=True)) if entries else np.zeros((3, 0), int)
-    weights = sparse.coo_array((data, (row, column)), shape=(count, columns)).tocsr()
+    # In the order of the hemispheres, whichever ended first; what is joined is dropped, as it takes much memory.
+    ordered = [found.pop(first) for first, _ in parts]
+    row_sums, light, entries, column, weight = (
+        np.concatenate([empty, *(part.pop(0) for part in ordered)]) for empty in (
+            np.zeros(0, dtype=np.int64), np.zeros((0, 3)), np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32),
+            np.zeros(0, dtype=np.int64)))
+    weights = sparse.csr_array((weight, column, np.cumsum(entries)), shape=(count, columns))
     return HemisphereSums(weights=weights, row_sums=row_sums, weight_bits=hemisphere.weight_bits,
                           light=light)
 
@@ -132,7 +132,7 @@ class _Hemispheres:
         return self._caster.hemispheres(self._hemisphere, self._points, self._frames, self._surfaces)
 
     def sums(self, begin, end):
-        """Row sums and light of the hemispheres ``begin`` to ``end`` - 1; weights with rows and columns."""
+        """Row sums and light of the hemispheres ``begin`` to ``end`` - 1; entries of their rows, columns, weights."""
         hemisphere, size = self._hemisphere, len(self._hemisphere)
         row_sums, light, parts = np.zeros(end - begin, dtype=np.int64), np.zeros((end - begin, 3)), []
 
@@ -158,7 +158,9 @@ class _Hemispheres:
                 row_sums[low - begin:high - begin] += np.bincount(
                     owner - low, weight * (met.patch >= 0), high - low).astype(np.int64)
                 parts.append(_entries(owner, weight, self._column_of(direction, met), self._columns))
-        return row_sums, light, parts
+        data, row, column = (np.concatenate(part) for part in zip(*parts, strict=True))
+        rows = sparse.coo_array((data, (row - begin, column)), shape=(end - begin, self._columns)).tocsr()
+        return [row_sums, light, np.diff(rows.indptr), rows.indices.astype(np.int32, copy=False), rows.data]
 
 
 def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:

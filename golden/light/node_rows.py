@@ -86,7 +86,8 @@ class NodeRows:
                                    column_of=self._pieces.seen, clear=clear, sky=sky, spread=spread,
                                    progress=self._progress)
             unit = 2.0**-sums.weight_bits
-            factors.append(sums.weights.astype(np.float64) * unit)
+            factors.append(sparse.csr_array((sums.weights.data * unit, sums.weights.indices, sums.weights.indptr),
+                                            shape=sums.weights.shape))
             hit = sums.row_sums * unit
             # Of a uniform sky the share that is not hit is exact.
             outside = (1 - hit)[:, None] * np.asarray(self._scene.background) if sky is None else 0.0

@@ -1,3 +1,4 @@
+import tracemalloc
 from collections import Counter
 
 import numpy as np
@@ -276,3 +277,25 @@ def test_arrays_turn_directions_as_compiled_loops_do(monkeypatch):
     assert (compiled.origin[70].tolist(), compiled.source[70]) == ([6, 7, 8], 2)
     on_arrays(monkeypatch, form_factors)
     assert form_factors._hemisphere_rays(*arguments).direction == pytest.approx(compiled.direction, rel=1e-14)
+
+
+def test_rows_take_little_memory_beside_their_entries(monkeypatch):
+    """An entry has 12 bytes; blocks of rays are small here. While weights are joined they are there twice."""
+    monkeypatch.setattr(form_factors, "_BLOCK", 1 << 12)
+    hemisphere, count = Hemisphere(64, 16), 512
+    scene, centre = cube(1), np.full((count, 3), 0.5)
+
+    def sums(count):
+        return hemisphere_sums(Naive(scene), hemisphere, centre[:count], np.tile((0.0, 0, 1), (count, 1)), -1,
+                               columns=len(hemisphere),
+                               column_of=lambda direction, hits: np.arange(len(hits.patch)) % len(hemisphere))
+
+    sums(4)
+    tracemalloc.start()
+    try:
+        found = sums(count)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert found.weights.nnz == count * len(hemisphere)
+    assert peak < (12 + 8) * found.weights.nnz + 1000 * (1 << 12)
