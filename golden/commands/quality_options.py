@@ -9,7 +9,7 @@ QUALITIES = {
     "sketch": {"light_samples": "4", "depth": "2", "rays": "32x8", "elements": "300"},
     "draft": {"samples": "1", "light_samples": "4", "depth": "2", "rays": "32x8"},
     "normal": {},
-    "high": {"samples": "16", "light_samples": "64", "rays": "256x64"},
+    "high": {"samples": "16", "light_samples": "16", "rays": "256x64"},
 }
 """By name the values of the options that are not given."""
 

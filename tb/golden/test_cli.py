@@ -593,7 +593,7 @@ def test_render_has_a_sky(folder):
 @pytest.mark.parametrize(("words", "values"), [
     ((), (4, 4, 2, [32, 8], 300)), (("--quick",), (1, 4, 2, [32, 8], 3000)),
     (("--quality", "draft"), (1, 4, 2, [32, 8], 3000)), (("--quality", "normal"), (4, 2, 6, [256, 64], 3000)),
-    (("--quality", "high"), (16, 64, 6, [256, 64], 3000)),
+    (("--quality", "high"), (16, 16, 6, [256, 64], 3000)),
     (("--spp", "9", "--quick", "--rays", "16x4", "--elements", "7"), (9, 4, 2, [16, 4], 7))])
 @pytest.mark.usefixtures("folder")
 def test_a_quality_is_for_the_options_that_are_not_given(words, values):
