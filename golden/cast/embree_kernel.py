@@ -17,7 +17,7 @@ LOW_FRONT, LOW_BACK = 1, 2
 # Number of the patch of a ray that must be judged.
 _UNSURE = -2
 # Rays between which and the use of what Embree found for them the processor reads the patches found.
-_BATCH = 32
+_BATCH = 128
 # Words of eight bytes: Embree's arguments of a query; from where on, its context, which the state of a ray follows, the
 # ray, which rays of a packet are cast, and the packet; and all of them.
 _ARGUMENTS, _STATE, _RAY_AT, _VALID_AT, _PACKET_AT, _WORDS = 8, 24, 32, 48, 56, 144
