@@ -22,7 +22,7 @@ from golden.scene.scene import Scene
 from golden.scene.sky.daylight import Daylight
 from golden.scene.tessellate import sphere
 
-__all__ = ["SCENES", "ReferenceScene"]
+__all__ = ["SCENES", "ReferenceScene", "level", "shell"]
 
 PLASTER = Material(name="plaster", diffuse=(0.75, 0.73, 0.70))
 CEILING = Material(name="ceiling", diffuse=(0.80, 0.80, 0.80))
@@ -64,12 +64,12 @@ class ReferenceScene:
     scale: float = 1.0
 
 
-def _level(low, high, z):
+def level(low, high, z):
     """A horizontal rectangle that faces down."""
     return [(low[0], low[1], z), (low[0], high[1], z), (high[0], high[1], z), (high[0], low[1], z)]
 
 
-def _shell(builder, size, *, window=None, pane=None):
+def shell(builder, size, *, window=None, pane=None):
     """A closed room; ``window``: the distance of an opening from the edges of the wall at y = 0, filled by ``pane``."""
     colours = dict(zip(FACES, (RED, BLUE, PLASTER, PLASTER, WOOD, CEILING), strict=True))
     for name, patch in zip(FACES, box((0, 0, 0), size)[:, ::-1], strict=True):
@@ -84,8 +84,8 @@ def _shell(builder, size, *, window=None, pane=None):
 
 def _lit_room(builder):
     """A room of 4 x 5 x 2.8 with a lamp flush below its ceiling."""
-    _shell(builder, (4, 5, 2.8))
-    builder.add(_level((1.5, 2.0), (2.5, 3.0), 2.79), LAMP)
+    shell(builder, (4, 5, 2.8))
+    builder.add(level((1.5, 2.0), (2.5, 3.0), 2.79), LAMP)
 
 
 def _blocks(builder):
@@ -106,22 +106,22 @@ def _closed_room():
 
 def _panel(gap):
     builder = SceneBuilder("panel")
-    _shell(builder, (4, 4, 2.6))
-    builder.add(_level((1.4, 1.4), (2.6, 2.6), 2.6 - gap), LAMP, two_sided=True)
+    shell(builder, (4, 4, 2.6))
+    builder.add(level((1.4, 1.4), (2.6, 2.6), 2.6 - gap), LAMP, two_sided=True)
     builder.add(box((2.4, 2.2, 0), (3.2, 3.0, 0.8), omit=("-z",)), GREY)
     return builder.build(camera=Camera(eye=(0.4, 0.4, 1.2), target=(2.6, 2.6, 1.5), fov=75))
 
 
 def _windows(sky, **daylight):
     builder = SceneBuilder("window")
-    _shell(builder, (4, 5, 2.8), window=0.7, pane=PANE)
+    shell(builder, (4, 5, 2.8), window=0.7, pane=PANE)
     _blocks(builder)
     return Daylight(sky=sky, **daylight).scene(builder.build(camera=FROM_WINDOW), EFFICACY)
 
 
 def _terrace():
     builder = SceneBuilder("terrace")
-    builder.add(_level((-6, -6), (6, 6), 0)[::-1], GREY)
+    builder.add(level((-6, -6), (6, 6), 0)[::-1], GREY)
     builder.add(box((-1.5, 1, 0), (1.5, 2, 2.4), omit=("-z",)), PLASTER)
     builder.add(placed(box((-0.5, -0.5, 0), (0.5, 0.5, 1), omit=("-z",)), at=(1.6, -0.6, 0), turn=30), RED)
     camera = Camera(eye=(-3.5, -6, 3), target=(0.2, 0.4, 0.8), fov=42)
@@ -165,7 +165,7 @@ def _painted_room(colours):
 def _painted():
     builder = _painted_room(from_srgb(np.array(ATLAS) / 255))
     # Faces of an OBJ file are two-sided.
-    builder.add(_level((1.5, 2.0), (2.5, 3.0), 2.79), LAMP, two_sided=True)
+    builder.add(level((1.5, 2.0), (2.5, 3.0), 2.79), LAMP, two_sided=True)
     return builder.build(camera=INSIDE)
 
 
@@ -180,7 +180,7 @@ def _atlas():
         lines += [f"v {x} {y} {z}" for x, y, z in patch.tolist()]
         lines += [f"vt {u + 0.4 * x} {v + 0.4 * y}" for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
         lines.append("f -4/-4 -3/-3 -2/-2 -1/-1")
-    lines += ["usemtl lamp", *(f"v {x} {y} {z}" for x, y, z in _level((1.5, 2.0), (2.5, 3.0), 2.79)), "f -4 -3 -2 -1"]
+    lines += ["usemtl lamp", *(f"v {x} {y} {z}" for x, y, z in level((1.5, 2.0), (2.5, 3.0), 2.79)), "f -4 -3 -2 -1"]
     picture = np.repeat(np.repeat(np.array(ATLAS, dtype=np.uint8).reshape(2, 2, 3), 64, axis=0), 64, axis=1)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "atlas.obj"
@@ -194,10 +194,10 @@ def _atlas():
 
 def _lights():
     builder = SceneBuilder("lights")
-    _shell(builder, (4, 5, 2.8))
+    shell(builder, (4, 5, 2.8))
     _blocks(builder)
     for x, colour in ((0.7, (14, 4, 3)), (1.9, (4, 13, 5)), (3.1, (3, 5, 15))):
-        builder.add(_level((x, 1.0), (x + 0.3, 4.0), 2.78), Material(name=f"lamp {x}", emission=colour))
+        builder.add(level((x, 1.0), (x + 0.3, 4.0), 2.78), Material(name=f"lamp {x}", emission=colour))
     builder.add(box((0.02, 2.0, 1.6), (0.1, 2.4, 1.9)), Material(name="wall lamp", emission=(10, 9, 6)))
     return builder.build(camera=INSIDE, lights=(
         PointLight(position=(2.0, 1.2, 1.8), intensity=(1.5, 1.4, 1.2)),
@@ -207,7 +207,7 @@ def _lights():
 
 def _office():
     builder = SceneBuilder("office")
-    _shell(builder, (9, 7, 2.8))
+    shell(builder, (9, 7, 2.8))
     for x in 2.0, 4.5, 7.0:
         for y in 2.2, 4.8:
             furniture.table(builder, width=1.6, depth=0.8, at=(x, y, 0))

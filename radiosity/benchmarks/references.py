@@ -1,4 +1,4 @@
-"""Pictures of 15 scenes beside stored ones of a path tracer.
+"""Pictures of 17 scenes beside stored ones of a path tracer.
 
 ``radiosity bench references`` renders each scene with default settings, but 16 primary rays a pixel, and compares the
 mean and the blocks of 16 x 16 pixels with the pictures in ``radiosity/benchmarks/traced``, which ``--trace``
@@ -17,11 +17,13 @@ from golden.image import write_png
 from golden.light.tone import tone_map
 from golden.light.two_pass import RenderSettings, render
 from golden.output import whole_file
-from radiosity.benchmarks.reference_scenes import SCENES
+from radiosity.benchmarks import reference_scenes
+from radiosity.benchmarks.furnished_rooms import ROOMS
 from radiosity.benchmarks.report import output_option, provenance, table, write_report
 
 __all__ = ["Reference", "block_sums", "compare"]
 
+SCENES = reference_scenes.SCENES | ROOMS
 WIDTH, HEIGHT, BLOCK = 96, 64, 16
 # Paths of a pixel in one run of the path tracer, which bounds its memory, and runs.
 SAMPLES, RUNS = 64, 4

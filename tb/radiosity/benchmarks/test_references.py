@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from golden.light.two_pass import RenderSettings, render
-from radiosity.benchmarks.reference_scenes import SCENES
-from radiosity.benchmarks.references import BLOCK, HEIGHT, THROWN, WIDTH, Reference, compare, rendered
+from radiosity.benchmarks.references import BLOCK, HEIGHT, SCENES, THROWN, WIDTH, Reference, compare, rendered
 
 QUICK = ("terrace, clear sky and sun",)
 
