@@ -7,6 +7,7 @@ import zlib
 import pytest
 from amaranth.sim import Simulator
 
+from golden.config import PRESETS
 from golden.errors import InputError
 from golden.jobs.completion import COMPLETION
 from golden.memory_map import MAGIC as IMAGE_MAGIC
@@ -14,12 +15,14 @@ from hw.board.frame import FrameKind, header
 from hw.board.program import Operation, Program, Step
 from hw.board.record import record
 from hw.board.sequencer import Sequencer
-from hw.board.view import BOARD, board_view
+from hw.board.view import board_view
 from hw.registers.engine_registers import ENGINE_REGISTERS, MAGIC, VERSION, register
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
 from tb.board.decoder import Frame, frames
 
+# One cluster of it, as the command makes by default.
+BOARD = PRESETS["board"].replace({"noc.columns": 1, "noc.rows": 1})
 ADDRESSES = addresses(ENGINE_REGISTERS)
 SENT = FrameKind.COMPLETIONS, FrameKind.DESCRIPTORS, FrameKind.HITS
 ACKNOWLEDGE = (ADDRESSES["interrupt"], register("interrupt").pack(enable=1, pending=1))
@@ -199,11 +202,13 @@ def test_a_recorded_program_is_what_the_driver_does(view):
 
 
 def test_a_view_larger_than_the_ray_memory_has_several_sections():
-    job = board_view(BOARD.replace({"icu.side_bits": 7}), scene="cornell", pixels=(80, 64), cell=0.5).job
+    # 5,120 rays: two sections of at most 4,096 behind the load.
+    config = BOARD.replace({"icu.side_bits": 7, "icu.rays": 4096})
+    job = board_view(config, scene="cornell", pixels=(80, 64), cell=0.5).job
     assert len(job.descriptors) == 3
     program = record(job)
     assert program.memory[job.ring:][:192 * 3] == job.descriptors.tobytes()
-    with pytest.raises(InputError, match=r"2\^icu.side_bits"):
+    with pytest.raises(InputError, match=r"Columns must be at most 64 \(icu.side_bits\), not 80$"):
         board_view(BOARD, scene="cornell", pixels=(80, 8), cell=0.5)
 
 
