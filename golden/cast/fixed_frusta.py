@@ -1,13 +1,15 @@
 """Frusta cast in the machine's integers, with hits in float64."""
 
 from abc import ABC, abstractmethod
+from functools import partial
 
 import numpy as np
 
+from golden.cast.dense_windows import DenseWindows, Density, Level
 from golden.cast.known_patches import hits_of_patches
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.ray_frusta import FrustumHits
-from golden.cast.rays import Hits
+from golden.cast.rays import Hits, Rays
 from golden.cast.shadow_frusta import shadow_frusta
 from golden.cast.shadow_rays import ShadowHits, ShadowRays
 from golden.cast.shelling import Shelling
@@ -78,6 +80,39 @@ class FixedFrusta(ABC):
         self._sample(record, len(points), coordinates)
         return _Bundles(self._oracle, cast, record, count=len(points),
                         together=max(1, self.together // len(hemisphere))).hits
+
+    def dense_hemispheres(self, density: Density, hemisphere: Hemisphere, points, frames, surfaces):
+        """Caster of hemispheres with finer rays where few meet a patch; the parameters are those of `hemispheres`.
+
+        Returns
+        -------
+        Function from the number of a point to weights (K int64, in units of 2^-(W + `Density.depth`)), K rays, their
+        hits, and the number of rays cast, those whose cells were divided included.
+        """
+        coordinates, cast = self._for(points)
+        geometry = self._geometry if coordinates is self._geometry.coordinates else PatchGeometry.of(
+            self._scene, CONFIG.numbers, points)
+        depth = density.depth(hemisphere)
+
+        def record(number, level):
+            grid = Level(hemisphere, level).grid
+            return hemisphere_record(grid, coordinates, points[number], frames[number, 2],
+                                     source=int(surfaces[number]), axes=frames[number])
+
+        def dense(number):
+            ((patch, _, _),) = cast([record(number, 0)])
+            windows = DenseWindows(density, hemisphere, partial(record, number), geometry, CONFIG)
+            leaves = windows.cast(patch)
+            weight = np.concatenate([level.row_weights[row] << depth - level.level for level, _, row, _ in leaves])
+            direction = np.concatenate([level.directions(column, row) for level, column, row, _ in leaves])
+            rays = Rays(np.broadcast_to(points[number], direction.shape), direction @ frames[number],
+                        source=np.full(len(direction), surfaces[number], dtype=np.int32))
+            none = np.zeros(len(direction), dtype=np.int64)
+            hits = hits_of_patches(self._oracle, rays, np.concatenate([leaf[3] for leaf in leaves]), tests=none,
+                                   steps=none)
+            # A cell that is divided has four in its place.
+            return weight, rays, hits, len(weight) + (len(weight) - len(hemisphere)) // 3
+        return dense
 
     def screen(self, screen: Screen, side: int) -> FrustumHits:
         """Caster of the rays of a picture through the middles of the pixels' fields.

@@ -6,7 +6,7 @@ import click
 from click.core import ParameterSource
 
 from golden.commands.casting_method import CastingMethod, add_options, method_of, method_option, options_of
-from golden.commands.choices import FRUSTUM_METHODS, LENGTH_UNITS, RAY_METHODS, SKY_DIVISIONS
+from golden.commands.choices import FIXED_METHODS, FRUSTUM_METHODS, LENGTH_UNITS, RAY_METHODS, SKY_DIVISIONS
 from golden.commands.command_line import Task
 from golden.commands.console import console
 from golden.commands.factor_outputs import FACTOR_OUTPUT_NAMES, FACTOR_OUTPUTS
@@ -17,7 +17,7 @@ __all__ = ["formfactors_command"]
 
 _NAMED = {"azimuths": "--rays", "polars": "--rays", "cell": "--cell", "clusters": "--clusters",
           "error": "--error", "sky_error": "--sky-error", "seed": "--seed", "jobs": "--jobs",
-          "zenith": "--zenith", "period": "--period"}
+          "zenith": "--zenith", "period": "--period", "least": "--least-rays"}
 _TASK = *FACTOR_OUTPUT_NAMES, "zenith", "facets", "unit", "max_edge", "max_area"
 """The options that the task takes as they are."""
 
@@ -47,6 +47,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "points instead.  [default: 256x64 where the method casts no single rays]")
     @click.option("--samples", type=click.IntRange(1, 16), help="Set the number of these points along each side of a "
                   "patch.  [default: 1]")
+    @click.option("--least-rays", type=int, help="Cast the cells around a patch that fewer rays of a plain hemisphere "
+                  "meet again, finer, until so many do or a grid has 4096 a side. Methods shelling and naive-fixed.")
     @click.option("--project", is_flag=True, help="Close the rows of plain hemispheres and make them reciprocal.")
     @click.option("--facets", is_flag=True, help="Keep each face of a file as one row, in the file's order; "
                   "its front alone radiates.")
@@ -62,8 +64,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "beside the output.")
     @WORKERS
     @add_options(option for method in methods for option in method.options)
-    def formfactors(scene, output, error, sky_error, sky_patches, time_limit, seed, rays, samples, project,
-                    method, cell, jobs, resume, workers, **given):
+    def formfactors(scene, output, error, sky_error, sky_patches, time_limit, seed, rays, samples, least_rays,
+                    project, method, cell, jobs, resume, workers, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
 
         F[i, j] is the share of the light leaving patch i that arrives at patch j. Rows sum to 1 minus the shares that
@@ -74,7 +76,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         method = method_of(method, counts_cells=cell is not None)
         chosen, options = options_of(methods, method, given)
         plain = method not in RAY_METHODS or rays is not None or samples is not None
-        _check_options(plain, method, project, time_limit, resume)
+        _check_options(plain, method, project, time_limit, resume, least_rays)
         if sky_patches and output.suffix.lower() not in (".npz", ".nc"):
             raise click.UsageError("--sky-patches needs an output that ends in .npz or .nc.")
         if given["receivers"] and method not in RAY_METHODS:
@@ -82,12 +84,13 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         if given["zenith"] and not (sky_patches or given["period"]):
             raise click.UsageError("--zenith needs --sky-patches or --period: nothing else depends on it.")
         pool = worker_pool(workers, method, chosen, cell=cell)
+        from golden.cast.dense_windows import Density
         from golden.cast.methods import frustum_caster
         from golden.frustum import Hemisphere
         from golden.light.factors.hemisphere_rows import HemisphereRows
         from golden.tasks.view_factors import ViewFactorTask
 
-        rays = rays or (256, 64)
+        rays, density = rays or (256, 64), None if least_rays is None else Density(least=least_rays)
         if chosen:
             hemisphere = Hemisphere(*rays)
             chosen.check(frustum=(hemisphere.azimuths, hemisphere.polars), **options)
@@ -108,8 +111,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                                                    spread=spread(opened))
             else:
                 # The machine casts all frusta of a request as one job.
-                rows = HemisphereRows(task.scene, caster, rays=rays, samples=samples or 1, projected=project,
-                                      block_rows=len(task.scene) if chosen else 64,
+                rows = HemisphereRows(task.scene, caster, rays=rays, samples=samples or 1, density=density,
+                                      projected=project, block_rows=len(task.scene) if chosen else 64,
                                       progress=console().progress and bool(chosen)) if plain else adaptive(error)
                 store = task.store(rows, method=method, resume=resume)
                 with pool as opened:
@@ -123,8 +126,10 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
     return formfactors
 
 
-def _check_options(plain, method, project, time_limit, resume):
+def _check_options(plain, method, project, time_limit, resume, least_rays):
     """Refuse options that exclude each other."""
+    if least_rays is not None and method not in FIXED_METHODS:
+        raise click.UsageError(f"--least-rays needs a method in integers: {', '.join(FIXED_METHODS)}.")
     context = click.get_current_context()
     for name, option in _ADAPTIVE.items():
         if plain and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:

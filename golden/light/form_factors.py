@@ -8,6 +8,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy import sparse
 
+from golden.cast.dense_windows import Density
 from golden.cast.rays import Hits, Rays
 from golden.compiled import compiled, is_compiler_active
 from golden.errors import InputError
@@ -36,6 +37,8 @@ class HemisphereSums:
         exceeds the row of ``weights`` by the rays without a column (backs of one-sided patches).
     weight_bits
         W: the weights are in units of 2^-W.
+    rays
+        M int64: rays of each hemisphere, with those that finer ones replace.
     light
         M x 3 float64: sum of the weights times the radiance of the sky, if it is summed, of all rays that hit nothing,
         and times that of the lamps that mirrors show.
@@ -44,6 +47,7 @@ class HemisphereSums:
     weights: sparse.csr_array
     row_sums: np.ndarray
     weight_bits: int
+    rays: np.ndarray
     light: np.ndarray
 
 
@@ -60,8 +64,8 @@ def patch_columns(scene: Scene) -> Callable[[np.ndarray, Hits], np.ndarray]:
 
 def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *, columns: int,
                     column_of: Callable[[np.ndarray, Hits], np.ndarray], clear: ClearRays | None = None,
-                    sky: Callable[[np.ndarray], np.ndarray] | None = None, spread: Spread = in_turn,
-                    progress: bool = False) -> HemisphereSums:
+                    sky: Callable[[np.ndarray], np.ndarray] | None = None, density: Density | None = None,
+                    spread: Spread = in_turn, progress: bool = False) -> HemisphereSums:
     """Cast a hemisphere from each of M points and sum the weights of its rays by column.
 
     Parameters
@@ -84,6 +88,9 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
         all patches end rays.
     sky
         Function from K x 3 directions to K x 3 radiances, for rays that hit nothing. Default: none is summed.
+    density
+        Where rays are cast again, finer, by a caster in fixed point: ``weight_bits`` grow by `Density.depth`. Default:
+        nowhere.
     spread
         Casts spans of the hemispheres. Default: one after the other.
     progress
@@ -99,7 +106,8 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
     surfaces = np.broadcast_to(np.asarray(surfaces, dtype=np.int32), (count,))
     if len(normals) != count:
         raise InputError(f"hemispheres: Normals must be one for each of {count} points, not {len(normals)}")
-    work = _Hemispheres(caster, hemisphere, points, frame(normals), surfaces, columns, column_of, clear, sky)
+    work = _Hemispheres(caster, hemisphere, points, frame(normals), surfaces, columns, column_of, clear, sky,
+                       density)
     parts = spans(count, max(1, _BLOCK // size))
     found = {}
     with progress_bar(total=count * size, desc="form factors", unit="ray", unit_scale=True, delay=2,
@@ -109,19 +117,20 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
             bar.update((last - first) * size)
     # In the order of the hemispheres, whichever ended first; what is joined is dropped, as it takes much memory.
     ordered = [found.pop(first) for first, _ in parts]
-    row_sums, light, entries, column, weight = (
+    row_sums, light, entries, column, weight, rays = (
         np.concatenate([empty, *(part.pop(0) for part in ordered)]) for empty in (
             np.zeros(0, dtype=np.int64), np.zeros((0, 3)), np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32),
-            np.zeros(0, dtype=np.int64)))
+            np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)))
     weights = sparse.csr_array((weight, column, np.cumsum(entries)), shape=(count, columns))
-    return HemisphereSums(weights=weights, row_sums=row_sums, weight_bits=hemisphere.weight_bits,
-                          light=light)
+    return HemisphereSums(weights=weights, row_sums=row_sums, rays=rays, light=light,
+                          weight_bits=hemisphere.weight_bits + (density.depth(hemisphere) if density else 0))
 
 
 class _Hemispheres:
     """Hemispheres of M points, with the parameters of `hemisphere_sums`."""
 
-    def __init__(self, caster, hemisphere, points, frames, surfaces, columns, column_of, clear, sky):
+    def __init__(self, caster, hemisphere, points, frames, surfaces, columns, column_of, clear, sky, density):
+        self._density = density
         self._caster, self._hemisphere = caster, hemisphere
         self._points, self._frames, self._surfaces = points, frames, surfaces
         self._columns, self._column_of, self._clear, self._sky = columns, column_of, clear, sky
@@ -131,10 +140,15 @@ class _Hemispheres:
         """Made of all points, by which casters in fixed point choose their coordinates."""
         return self._caster.hemispheres(self._hemisphere, self._points, self._frames, self._surfaces)
 
+    @cached_property
+    def _dense(self):
+        return self._caster.dense_hemispheres(self._density, self._hemisphere, self._points, self._frames,
+                                              self._surfaces)
+
     def sums(self, begin, end):
-        """Row sums and light of the hemispheres ``begin`` to ``end`` - 1; entries of their rows, columns, weights."""
-        hemisphere, size = self._hemisphere, len(self._hemisphere)
+        """Of the hemispheres ``begin`` to ``end`` - 1 row sums, light, entries of rows, columns, weights, and rays."""
         row_sums, light, parts = np.zeros(end - begin, dtype=np.int64), np.zeros((end - begin, 3)), []
+        counts = np.full(end - begin, len(self._hemisphere))
 
         def see(owner, weight, radiance):
             if not len(owner):
@@ -147,20 +161,29 @@ class _Hemispheres:
             if self._sky is not None and len(owner):
                 see(owner, weight, self._sky(direction))
 
-        for first in range(begin * size, end * size, _BLOCK):
-            sample, ray = np.divmod(np.arange(first, min(first + _BLOCK, end * size)), size)
+        for sample, weights, rays, hits in self._blocks(begin, end, counts):
             low, high = sample[0], sample[-1] + 1
-            rays = _hemisphere_rays(hemisphere, self._points, self._frames, self._surfaces, sample, ray)
-            hits = self._cast(sample, ray, rays)
-            ends = ray_ends(sample, hemisphere.weights[ray], rays, hits, self._clear, see_sky, see)
-            for owner, weight, direction, met in ends:
+            for owner, weight, direction, met in ray_ends(sample, weights, rays, hits, self._clear, see_sky, see):
                 # Sums of integers below 2^53 are exact in float64, for which bincount is fast.
                 row_sums[low - begin:high - begin] += np.bincount(
                     owner - low, weight * (met.patch >= 0), high - low).astype(np.int64)
                 parts.append(_entries(owner, weight, self._column_of(direction, met), self._columns))
         data, row, column = (np.concatenate(part) for part in zip(*parts, strict=True))
         rows = sparse.coo_array((data, (row - begin, column)), shape=(end - begin, self._columns)).tocsr()
-        return [row_sums, light, np.diff(rows.indptr), rows.indices.astype(np.int32, copy=False), rows.data]
+        return [row_sums, light, np.diff(rows.indptr), rows.indices.astype(np.int32, copy=False), rows.data, counts]
+
+    def _blocks(self, begin, end, counts):
+        """Samples, weights, rays and hits of the hemispheres in blocks; writes how many rays finer ones have cast."""
+        hemisphere, size = self._hemisphere, len(self._hemisphere)
+        if self._density:
+            for sample in range(begin, end):
+                weights, rays, hits, counts[sample - begin] = self._dense(sample)
+                yield np.full(len(weights), sample), weights, rays, hits
+            return
+        for first in range(begin * size, end * size, _BLOCK):
+            sample, ray = np.divmod(np.arange(first, min(first + _BLOCK, end * size)), size)
+            rays = _hemisphere_rays(hemisphere, self._points, self._frames, self._surfaces, sample, ray)
+            yield sample, hemisphere.weights[ray], rays, self._cast(sample, ray, rays)
 
 
 def gauss_points(scene: Scene, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -212,8 +235,15 @@ class PatchRows:
         (azimuths, polars) of the hemispheres.
     samples
         Gauss points along each side of a patch.
+    density
+        See `hemisphere_sums`.
     progress
         Shows a progress bar after two seconds.
+
+    Members
+    -------
+    weight_bits
+        Row sums are in units of 2^-weight_bits.
 
     Raises
     ------
@@ -221,22 +251,24 @@ class PatchRows:
         Rays or samples out of range.
     """
 
-    def __init__(self, scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1, progress: bool = False):
-        self._scene, self._caster, self._progress = scene, caster, progress
+    def __init__(self, scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1,
+                 density: Density | None = None, progress: bool = False):
+        self._scene, self._caster, self._density, self._progress = scene, caster, density, progress
         self.hemisphere = Hemisphere(*rays)
+        self.weight_bits = self.hemisphere.weight_bits + (density.depth(self.hemisphere) if density else 0)
         self._points, self._shares = gauss_points(scene, samples)
 
-    def cast(self, patches) -> tuple[sparse.csr_array, np.ndarray]:
-        """Form factors from k patches to all, sparse k x N float64, and row sums, k x samples int64."""
+    def cast(self, patches) -> tuple[sparse.csr_array, np.ndarray, np.ndarray]:
+        """Form factors from k patches to all, sparse k x N float64; row sums and rays, k x samples int64 each."""
         patches, samples = np.asarray(patches), self._shares.shape[1]
         owner = np.repeat(patches, samples)
         sums = hemisphere_sums(self._caster, self.hemisphere, self._points[patches], self._scene.normals[owner],
                                self._scene.surface[owner], columns=len(self._scene),
-                               column_of=patch_columns(self._scene), progress=self._progress)
-        share = self._shares[patches].ravel() / 2**self.hemisphere.weight_bits
+                               column_of=patch_columns(self._scene), density=self._density, progress=self._progress)
+        share = self._shares[patches].ravel() / 2**sums.weight_bits
         blocks = np.arange(0, len(patches) * samples + 1, samples)
         mean = sparse.csr_array((share, np.arange(len(share)), blocks), shape=(len(patches), len(share)))
-        return (mean @ sums.weights).tocsr(), sums.row_sums.reshape(-1, samples)
+        return (mean @ sums.weights).tocsr(), sums.row_sums.reshape(-1, samples), sums.rays.reshape(-1, samples)
 
     def rows(self, patches) -> sparse.csr_array:
         """Form factors from k patches to all, k x N."""

@@ -149,9 +149,8 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
     background illuminates a node through the rays that hit nothing. Channels that see coloured glass or mirrors
     differently have systems of their own.
 
-    With ``shooting`` the hemispheres of nodes are not cast, and nothing is refined: bright pieces of elements shoot
-    their light through a hemisphere from their middles, and the nodes have the mean of the light around them. This
-    finds no light of a background.
+    With ``shooting`` bright pieces of elements shoot their light through a hemisphere from their middles, and nodes
+    have the mean of the light around them: nothing is cast there or refined, and light of a background is not found.
 
     Parameters
     ----------
@@ -191,8 +190,8 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: 
         _estimate(estimate, NodeRows(scene, pieces, glass, frusta=frusta, caster=caster, tally=Tally()), elements,
                   hemisphere, len(pieces) if shooting else None)
     with tally.stage("form factors"):
-        nodes = PieceRows(scene, elements, pieces, rows, hemisphere, spread) if shooting else rows.cast(
-            *elements.lattice.nodes, hemisphere, spread)
+        nodes = (PieceRows(scene, elements, pieces, rows, hemisphere, spread) if shooting
+                 else rows.cast(*elements.lattice.nodes, hemisphere, spread))
         mean = _mean_of_open(pieces.of_corners, nodes.buried)
         of_elements = pieces.of_elements(~pieces.is_blind & (mean.sum(axis=1) > 0))
     with tally.stage("direct light of elements"):

@@ -259,6 +259,9 @@ class ViewFactorTask:
             if len(rows):
                 lines.append(f"rows that {what}: {len(rows)}, the first {', '.join(map(str, rows[:5].tolist()))}: "
                              f"{about}")
+        if "rays_cast" in factors.settings:
+            report |= {"rays": factors.settings["rays_cast"]}
+            lines.append(f"{report['rays']} rays cast, those included that finer ones replace")
         if factors.row_sums is not None:
             shares = factors.row_sums / 2**factors.weight_bits
             report |= {"least_share": shares.min(), "greatest_share": shares.max()}

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from golden.cast.dense_windows import Density
 from golden.light.factors.join import Estimate
 from golden.light.factors.projection import project
 from golden.light.factors.view_factors import CLOSED, ViewFactors
@@ -22,14 +23,15 @@ class HemisphereBlock:
     ----------
     indptr, columns, values
         R + 1 int, E int and E float64: the CSR matrix of their view factors.
-    row_sums
-        R x samples int64: see `ViewFactors`.
+    row_sums, rays
+        R x samples int64 each: see `ViewFactors`, and the rays of each hemisphere.
     """
 
     indptr: np.ndarray
     columns: np.ndarray
     values: np.ndarray
     row_sums: np.ndarray
+    rays: np.ndarray
 
 
 class HemisphereRows:
@@ -37,7 +39,7 @@ class HemisphereRows:
 
     Parameters
     ----------
-    scene, caster, rays, samples, progress
+    scene, caster, rays, samples, density, progress
         See `golden.light.form_factors.PatchRows`.
     block_rows
         Rows of a block.
@@ -63,22 +65,25 @@ class HemisphereRows:
     kind = HemisphereBlock
     jobs = 1
 
-    def __init__(self, scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1, block_rows: int = 64,
-                 projected: bool = False, progress: bool = False):
+    def __init__(self, scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1,
+                 density: Density | None = None, block_rows: int = 64, projected: bool = False,
+                 progress: bool = False):
         self._scene = scene
-        self._rows = PatchRows(scene, caster, rays=rays, samples=samples, progress=progress)
+        self._rows = PatchRows(scene, caster, rays=rays, samples=samples, density=density, progress=progress)
         self._shares = gauss_points(scene, samples)[1]
-        self._projected, self.block_rows = projected, block_rows
-        self.settings = {"rays": f"{rays[0]}x{rays[1]}", "samples": samples, **({"projected": 1} if projected else {})}
+        self._projected, self.block_rows, self._density = projected, block_rows, density
+        self.settings = {"rays": f"{rays[0]}x{rays[1]}", "samples": samples, **({"projected": 1} if projected else {}),
+                         **({"least_rays": density.least} if density else {})}
 
     def __len__(self) -> int:
         return len(self._scene)
 
     def rows(self, first: int, last: int) -> HemisphereBlock:
         """The block of the patches from ``first`` to before ``last``."""
-        part, row_sums = self._rows.cast(np.arange(first, last))
+        part, row_sums, rays = self._rows.cast(np.arange(first, last))
         part.sort_indices()
-        return HemisphereBlock(indptr=part.indptr, columns=part.indices, values=part.data, row_sums=row_sums)
+        return HemisphereBlock(indptr=part.indptr, columns=part.indices, values=part.data, row_sums=row_sums,
+                               rays=rays)
 
     def join(self, blocks) -> ViewFactors:
         """The view factors of the blocks of all rows, in their order."""
@@ -87,7 +92,7 @@ class HemisphereRows:
                  for block in blocks]
         matrix = sparse.csr_array(sparse.vstack(parts))
         names = np.array([material.name for material in self._scene.materials])
-        row_sums, bits = np.concatenate([block.row_sums for block in blocks]), self._rows.hemisphere.weight_bits
+        row_sums, bits = np.concatenate([block.row_sums for block in blocks]), self._rows.weight_bits
         sky = np.maximum(1 - (self._shares * row_sums).sum(axis=1) / 2**bits, 0)
         back = np.maximum(1 - matrix.sum(axis=1) - sky, 0)
         measured = {}
@@ -98,7 +103,11 @@ class HemisphereRows:
         return ViewFactors(F=matrix, sky=sky, back=back, area=self._scene.areas, normal=self._scene.normals,
                            surface=names[self._scene.material], patch=np.arange(count),
                            front=np.ones(count, dtype=bool), row_sums=row_sums, weight_bits=bits,
-                           settings=self.settings, **measured)
+                           settings=self.settings | self._cast(blocks), **measured)
+
+    def _cast(self, blocks):
+        """The rays cast, where their number does not follow from the settings."""
+        return {"rays_cast": int(sum(block.rays.sum() for block in blocks))} if self._density else {}
 
     def _estimate(self, matrix, sky, back):
         """What the projection begins with, and the matrix with an entry wherever either direction has one."""

@@ -30,12 +30,12 @@ def test_of_patches_back_to_back_every_caster_hits_the_one_that_faces_the_ray(me
     """From the middle of each square, four times the factor of an element to a square with a corner above it."""
     factor, scene = 4 / (np.pi * np.sqrt(2)) * np.arctan(np.sqrt(0.5)), wall(order)
     rows = PatchRows(scene, frustum_caster(scene, method), rays=(64, 32))
-    factors, sums = rows.cast([0, 1])
+    factors, sums, _ = rows.cast([0, 1])
     shares = np.stack([factors.toarray()[:, scene.material == number].sum(axis=1) for number in range(3)], axis=1)
     np.testing.assert_allclose(shares, [(factor, 0, 0), (0, factor, 0)], atol=4e-3)
     # No ray meets a back, and none passes the wall.
     np.testing.assert_allclose(shares.sum(axis=1), sums[:, 0] / 2**rows.hemisphere.weight_bits, rtol=1e-12)
-    back, _ = rows.cast(np.arange(2, 8))
+    back, *_ = rows.cast(np.arange(2, 8))
     assert (back.toarray()[:, 2:] == 0).all()
     np.testing.assert_array_equal(back.toarray()[:, :2] > 0, np.eye(2, dtype=bool)[scene.material[2:]])
 

@@ -20,7 +20,7 @@ from golden.light.factors.rows import FactorRows
 from golden.light.factors.units import METRES
 from golden.scene.builtin import builtin_scene
 from golden.tasks.view_factors import ViewFactorTask
-from tb.golden.commands.runner import run
+from tb.golden.commands.runner import report, run
 
 SCENE = "furnace:6", "--rays", "64x16"
 
@@ -254,3 +254,13 @@ def test_one_line_says_that_grid_casts_where_embree_is_missing(folder, monkeypat
     assert "installs Embree" not in named.stderr
     ours, theirs = (read_view_factors(folder / name) for name in ("F.npz", "G.npz"))
     np.testing.assert_array_equal(ours.F.toarray(), theirs.F.toarray())
+
+
+def test_rays_cast_again_are_counted_and_sums_stay_exact(tmp_path):
+    """Without the option 20 patches cast 32 x 16 rays each."""
+    path = tmp_path / "F.npz"
+    found = report("formfactors", "cornell", "-o", path, "--method", "shelling", "--rays", "32x16", "--least-rays", 16)
+    assert found["rays"] > 20 * 512
+    with np.load(path) as factors:
+        assert factors["weight_bits"] == 32 + 7
+        assert factors["row_sums"].max() == 1 << 39

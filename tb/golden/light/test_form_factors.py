@@ -55,7 +55,7 @@ def disc(sides):
     (build(PLATE, PLATE[:, [2, 0, 1]]), c_14(1, 1)),
 ], ids=["C-11", "C-14"])
 def test_casting_meets_the_catalogue_at_nine_gauss_points(scene, truth):
-    factors, _ = PatchRows(scene, Grid(scene), rays=RAYS, samples=3).cast([0])
+    factors, *_ = PatchRows(scene, Grid(scene), rays=RAYS, samples=3).cast([0])
     assert factors[0, 1] == pytest.approx(truth, rel=0, abs=5e-4)
 
 
@@ -88,7 +88,7 @@ def test_casting_meets_the_analytic_form_factors_of_every_pair():
 @pytest.mark.parametrize("rays", [(64, 16), (2048, 8)])
 def test_a_hemisphere_in_a_closed_scene_sums_to_one_exactly(scene, rays):
     some = np.unique(np.linspace(0, len(scene) - 1, 12).astype(int))
-    factors, row_sums = PatchRows(scene, Grid(scene), rays=rays, samples=2).cast(some)
+    factors, row_sums, _ = PatchRows(scene, Grid(scene), rays=rays, samples=2).cast(some)
     assert row_sums.dtype == np.int64
     assert row_sums.shape == (len(some), 4)
     assert (row_sums == 2**Hemisphere(*rays).weight_bits).all()

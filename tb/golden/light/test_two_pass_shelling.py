@@ -137,7 +137,7 @@ def test_form_factors_are_those_of_grid_but_for_rays_on_edges(cornell):
                          ids=["furnace", "cube"])
 def test_a_hemisphere_in_a_closed_scene_sums_to_one_exactly(scene, rays):
     some = np.arange(0, len(scene), 9)
-    factors, row_sums = PatchRows(scene, ShellingFrusta(scene), rays=rays, samples=2).cast(some)
+    factors, row_sums, _ = PatchRows(scene, ShellingFrusta(scene), rays=rays, samples=2).cast(some)
     assert (row_sums == 2**(40 if rays[0] >= 2048 else 32)).all()
     np.testing.assert_allclose(factors.sum(axis=1), 1, rtol=1e-12)
     assert factors[np.arange(len(some)), some].max() == 0
