@@ -5,7 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from golden.cast.dense_windows import DenseWindows, Density, Level
+from golden.cast.dense_windows import DenseWindows
+from golden.cast.density import Density, Level
 from golden.cast.known_patches import hits_of_patches
 from golden.cast.naive_fixed import NaiveFixed
 from golden.cast.ray_frusta import FrustumHits

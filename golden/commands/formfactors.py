@@ -84,7 +84,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         if given["zenith"] and not (sky_patches or given["period"]):
             raise click.UsageError("--zenith needs --sky-patches or --period: nothing else depends on it.")
         pool = worker_pool(workers, method, chosen, cell=cell)
-        from golden.cast.dense_windows import Density
+        from golden.cast.density import Density
         from golden.cast.methods import frustum_caster
         from golden.frustum import Hemisphere
         from golden.light.factors.hemisphere_rows import HemisphereRows

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy import sparse
 
-from golden.cast.dense_windows import Density
+from golden.cast.density import Density
 from golden.cast.rays import Hits, Rays
 from golden.compiled import compiled, is_compiler_active
 from golden.errors import InputError

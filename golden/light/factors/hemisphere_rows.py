@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from golden.cast.dense_windows import Density
+from golden.cast.density import Density
 from golden.light.factors.join import Estimate
 from golden.light.factors.projection import project
 from golden.light.factors.view_factors import CLOSED, ViewFactors

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.cast.dense_windows import Density, Level
+from golden.cast.density import Density, Level
 from golden.cast.fixed_frusta import NaiveFixedFrusta
 from golden.errors import InputError
 from golden.frustum import Hemisphere
