@@ -17,7 +17,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # `make sim BLOCK=icu` runs the regressions of one block, its proofs among them; those of no single block are in `formal`.
 BLOCKS  := control ctu formal icu lib memsys noc system
 BLOCK   ?= $(BLOCKS)
-BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py) $(BLOCK:%=tb/formal/%/test_*.py))
+BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py) $(BLOCK:%=tb/%/*/test_*.py) $(BLOCK:%=tb/formal/%/test_*.py))
 PYTEST  := $(BIN)/pytest -n 2 --dist loadgroup
 
 .DEFAULT_GOAL := help
@@ -40,7 +40,7 @@ $(STAMP): pyproject.toml $(LOCK)
 	$(PIP) install --no-compile --no-deps --ignore-requires-python -r $(LOCK)
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	@# Ours and what the tests import first are compiled once, not by both processes that begin together.
-	@$(BIN)/python -m compileall -q -j 2 golden hw radiosity tb
+	@$(BIN)/python -m compileall -q -j 2 benchmarks golden hw radiosity tb
 	@$(BIN)/python -c 'import amaranth.sim, cocotb, distributed, hypothesis, numba, peakrdl_html, scipy.stats, trimesh'
 	@touch $@
 
@@ -134,4 +134,4 @@ lint: $(STAMP) ## style and likely bugs
 
 clean: ## remove everything that was made, .venv/ included
 	rm -rf $(VENV) $(OUT) build *.egg-info .pytest_cache .ruff_cache .hypothesis
-	find golden hw radiosity tb -name __pycache__ -type d -prune -exec rm -rf {} +
+	find benchmarks golden hw radiosity tb -name __pycache__ -type d -prune -exec rm -rf {} +

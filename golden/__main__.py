@@ -1,5 +1,5 @@
 """``python -m golden``: the command line of the golden model."""
 
-from golden.cli import main
+from radiosity.cli.golden.main import main
 
 main()

@@ -1,5 +1,5 @@
 """``python -m hw``."""
 
-from hw.cli import main
+from radiosity.cli.hw.main import main
 
 main()

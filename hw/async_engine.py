@@ -5,10 +5,10 @@ from amaranth.lib import wiring
 from amaranth.lib.cdc import AsyncFFSynchronizer, FFSynchronizer, ResetSynchronizer
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.engine import Engine
 from hw.lib.axi_crossing import AxiCrossing
-from hw.memsys.axi_signature import AxiSignature
+from hw.memsys.port.axi_signature import AxiSignature
 from hw.registers.axi_lite_signature import AxiLiteSignature
 from hw.registers.engine_registers import ADDRESS_BITS
 
@@ -49,7 +49,7 @@ class AsyncEngine(wiring.Component):
     ``sync`` is the engine's clock. Accesses of registers and of main memory are longer as `AxiCrossing` states; the
     rate of beats is that of the slower clock. ``irq`` is late by a cycle of ``sync`` and 2 of the host's clock.
 
-    Golden counterpart: `golden.jobs.run_job.run_job`.
+    Golden counterpart: `golden.engine.jobs.run_job.run_job`.
     """
 
     def __init__(self, *, config: Config, black_boxes: bool = False):

@@ -4,7 +4,7 @@ from amaranth.hdl import Cat, Module, Mux, ResetInserter, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.control.cluster_faults import ClusterFaults
 from hw.control.control_formats import ControlFormats
 from hw.control.frustum_load import FrustumLoad
@@ -24,12 +24,12 @@ from hw.icu.intersection_unit import IntersectionUnit
 from hw.lib.arbiter import Arbiter
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
-from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.load.table_load import TableLoad
 from hw.memsys.memory_system import COUNTERS as MEMORY_COUNTERS
 from hw.memsys.memory_system import MemorySystem
-from hw.memsys.path_formats import PathFormats
-from hw.memsys.result_writer import ResultWriter
-from hw.memsys.table_load import TableLoad
+from hw.memsys.patches.path_formats import PathFormats
+from hw.memsys.port.memory_formats import MemoryFormats
+from hw.memsys.results.result_writer import ResultWriter
 from hw.registers.counter_choice import CounterChoice
 from hw.registers.engine_registers import COUNTER_BITS
 
@@ -157,7 +157,7 @@ class Cluster(wiring.Component):
     ------
     See the units.
 
-    Golden counterpart: `golden.cast.cluster_casting.ClusterCasting`. Source: Shen 1993, section 5.3.
+    Golden counterpart: `golden.engine.cast.cluster_casting.ClusterCasting`. Source: Shen 1993, section 5.3.
     """
 
     def __init__(self, *, config: Config):

@@ -7,7 +7,7 @@ from amaranth.hdl import Array, Cat, Module, Mux, ResetInserter, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.cluster import Cluster, ClusterSignature
 from hw.control.completion_writer import CompletionWriter
 from hw.control.descriptor_fetch import DescriptorFetch
@@ -19,15 +19,15 @@ from hw.lib.arbiter import Arbiter
 from hw.lib.black_box import BlackBox
 from hw.lib.fork import Fork
 from hw.lib.skid_buffer import SkidBuffer
-from hw.memsys.axi_signature import AxiSignature
-from hw.memsys.cache_policy import CachePolicy
-from hw.memsys.image_layout import RegionNumber
-from hw.memsys.local_bus import LocalBus
-from hw.memsys.main_memory_port import MainMemoryPort
-from hw.memsys.memory_formats import MemoryFormats
-from hw.memsys.preload_dma import PreloadDma
-from hw.memsys.system_bus_interface import READERS, SystemBusInterface
-from hw.memsys.write_merge import WriteMerge
+from hw.memsys.bus.cache_policy import CachePolicy
+from hw.memsys.bus.local_bus import LocalBus
+from hw.memsys.bus.system_bus_interface import READERS, SystemBusInterface
+from hw.memsys.load.image_layout import RegionNumber
+from hw.memsys.load.preload_dma import PreloadDma
+from hw.memsys.port.axi_signature import AxiSignature
+from hw.memsys.port.main_memory_port import MainMemoryPort
+from hw.memsys.port.memory_formats import MemoryFormats
+from hw.memsys.port.write_merge import WriteMerge
 from hw.noc.patch_network import PatchNetwork
 from hw.registers.axi_lite_signature import AxiLiteSignature
 from hw.registers.counter_choice import CounterChoice
@@ -99,7 +99,7 @@ class Engine(wiring.Component):
     ------
     See the units.
 
-    Golden counterpart: `golden.jobs.run_job.run_job`. Source: Shen 1993, chapter 5.
+    Golden counterpart: `golden.engine.jobs.run_job.run_job`. Source: Shen 1993, chapter 5.
     """
 
     def __init__(self, *, config: Config, black_boxes: bool = False,

@@ -1,4 +1,4 @@
-"""Shapes and payloads that several units share, from `golden.config`.
+"""Shapes and payloads that several units share, from `golden.engine.config`.
 
 Vectors are arrays of their components. A payload is a struct; all blocks that pass it on use the layout from here, from
 `hw.icu.icu_formats` or from `hw.ctu.ctu_formats`.
@@ -7,8 +7,8 @@ Vectors are arrays of their components. A payload is a struct; all blocks that p
 from amaranth.hdl import Shape, signed, unsigned
 from amaranth.lib.data import ArrayLayout, StructLayout
 
-from golden.config import Config
-from golden.fixed import Format
+from golden.engine.config import Config
+from golden.engine.lib.fixed import Format
 
 __all__ = ["Formats", "shape"]
 
@@ -67,7 +67,8 @@ class Formats:
         """A bundle of rays, and the section of it that is a cluster's own.
 
         ``section``: first_column <= column < end_column, and likewise rows. ``tiles_across``: tiles in a row of tiles
-        of the section. ``longest_direction``: see `golden.frustum.FrustumRecord`, little more than 1; 0 for a screen.
+        of the section. ``longest_direction``: see `golden.engine.frustum.FrustumRecord`, little more than 1; 0 for a
+        screen.
         """
         side = range(self.config.icu.side_bits + 1)
         return StructLayout({

@@ -8,18 +8,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from golden.base.errors import InputError as InputError
+    from golden.base.errors import InputWarning as InputWarning
     from golden.cast.rays import Hits as Hits
     from golden.cast.rays import Rays as Rays
-    from golden.errors import InputError as InputError
-    from golden.errors import InputWarning as InputWarning
     from golden.light.factors.exchange import Exchange as Exchange
     from golden.light.factors.interface import view_factors as view_factors
     from golden.light.factors.view_factors import ViewFactors as ViewFactors
     from golden.light.photometry.sensors import Sensors as Sensors
     from golden.light.preview import Preview as Preview
-    from golden.light.render_statistics import RenderStatistics as RenderStatistics
     from golden.light.solvers.on_demand import Shooting as Shooting
-    from golden.light.two_pass import RenderResult as RenderResult
+    from golden.render.render_statistics import RenderStatistics as RenderStatistics
+    from golden.render.two_pass import RenderResult as RenderResult
     from golden.scene.camera import Camera as Camera
     from golden.scene.lights import DirectionalLight as DirectionalLight
     from golden.scene.lights import PointLight as PointLight
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from radiosity.api.load import load as load
     from radiosity.api.machine import machine as machine
     from radiosity.api.render import render as render
-    from radiosity.machine_cast import MachineCastResult as MachineCastResult
+    from radiosity.tasks.machine_cast import MachineCastResult as MachineCastResult
 
     __version__: str
 
@@ -42,15 +42,15 @@ _MODULES = {
     "DirectionalLight": "golden.scene.lights",
     "Exchange": "golden.light.factors.exchange",
     "Hits": "golden.cast.rays",
-    "InputError": "golden.errors",
-    "InputWarning": "golden.errors",
-    "MachineCastResult": "radiosity.machine_cast",
+    "InputError": "golden.base.errors",
+    "InputWarning": "golden.base.errors",
+    "MachineCastResult": "radiosity.tasks.machine_cast",
     "Material": "golden.scene.material",
     "PointLight": "golden.scene.lights",
     "Preview": "golden.light.preview",
     "Rays": "golden.cast.rays",
-    "RenderResult": "golden.light.two_pass",
-    "RenderStatistics": "golden.light.render_statistics",
+    "RenderResult": "golden.render.two_pass",
+    "RenderStatistics": "golden.render.render_statistics",
     "Scene": "golden.scene.scene",
     "Sensors": "golden.light.photometry.sensors",
     "Shooting": "golden.light.solvers.on_demand",
@@ -70,7 +70,7 @@ __all__ = [*_MODULES, "__version__"]
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
-        from golden.package_version import package_version
+        from golden.base.package_version import package_version
 
         return package_version()
     if name not in _MODULES:

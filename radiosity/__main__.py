@@ -1,5 +1,5 @@
 """``python -m radiosity``."""
 
-from radiosity.cli import main
+from radiosity.cli.main import main
 
 main(prog_name="radiosity")

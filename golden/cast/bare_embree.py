@@ -4,11 +4,11 @@ import ctypes
 
 import numpy as np
 
+from golden.base.compiled import compiled
+from golden.base.native import call
 from golden.cast.embree_library import embree_library
 from golden.cast.embree_scene import EmbreeScene
 from golden.cast.rays import Rays
-from golden.compiled import compiled
-from golden.native import call
 from golden.scene.scene import Scene
 
 __all__ = ["BareEmbree"]

@@ -5,8 +5,8 @@ from numbers import Integral
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.frustum.hemisphere import Hemisphere
+from golden.base.errors import InputError
+from golden.cast.hemisphere import Hemisphere
 
 __all__ = ["MOST_AXIS", "Density", "Level"]
 

@@ -5,14 +5,14 @@ from importlib import import_module
 
 import numpy as np
 
+from golden.base.errors import InputError
+from golden.base.stage_progress import StageProgress
 from golden.cast.embree_library import embree_library, has_embree
+from golden.cast.oracle import Oracle
 from golden.cast.outline import narrowest, widened
 from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
-from golden.errors import InputError
-from golden.oracle import Oracle
 from golden.scene.scene import Scene
-from golden.stage_progress import StageProgress
 
 __all__ = ["Embree"]
 

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from golden.base.compiled import callback, compiled, inlined
+from golden.base.native import array, call, pointer, prefetch
 from golden.cast.patch_kernel import coordinates, dominant_axis, inside, meet, position, sheared
-from golden.compiled import callback, compiled, inlined
-from golden.native import array, call, pointer, prefetch
 
 __all__ = ["LOW_BACK", "LOW_FRONT", "Model", "cast", "judge"]
 

@@ -5,7 +5,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-from golden.compiled import is_compiler_active
+from golden.base.compiled import is_compiler_active
 
 __all__ = ["embree_library", "has_embree"]
 

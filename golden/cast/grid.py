@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from golden.base.compiled import is_compiler_active
+from golden.base.stage_progress import StageProgress
 from golden.cast.nearest import Nearest
+from golden.cast.oracle import Oracle, ShearedRays
 from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
-from golden.compiled import is_compiler_active
-from golden.oracle import Oracle, ShearedRays
 from golden.scene.cells import FINEST, Cells, balanced_cell
 from golden.scene.scene import Scene
-from golden.stage_progress import StageProgress
 
 __all__ = ["Grid"]
 

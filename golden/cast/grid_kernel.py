@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from golden.base.compiled import compiled
 from golden.cast.patch_kernel import dominant_axis, meet, position
-from golden.compiled import compiled
 
 __all__ = ["cast"]
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from golden.cast.oracle import Oracle
 from golden.cast.rays import Hits, Rays
-from golden.oracle import Oracle
 
 __all__ = ["hits_of_patches"]
 

@@ -1,33 +1,18 @@
-"""Casting methods by name."""
+"""Methods that cast any rays, by name."""
 
+from golden.base.processors import threads_of
 from golden.cast.embree import Embree
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.ray_caster import RayCaster
 from golden.cast.shared_caster import SHARED, shared_caster
-from golden.processors import threads_of
 from golden.scene.scene import Scene
 
-__all__ = ["FIXED_METHODS", "FRUSTUM_METHODS", "RAY_METHODS", "frustum_caster", "ray_caster", "shadow_caster"]
+__all__ = ["RAY_METHODS", "ray_caster", "shadow_caster"]
 
 
-def _shelling(scene, cell=None):
-    from golden.cast.fixed_frusta import ShellingFrusta
-
-    return ShellingFrusta(scene, cell)
-
-
-def _naive_fixed(scene):
-    from golden.cast.fixed_frusta import NaiveFixedFrusta
-
-    return NaiveFixedFrusta(scene)
-
-
-# Methods that cast any rays; methods in fixed point, which cast frusta only; all that cast frusta.
-# "naive" is brute force in float64, "naive-fixed" brute force in fixed point.
+# "naive" is brute force.
 RAY_METHODS = {"grid": Grid, "naive": Naive, "embree": Embree}
-FIXED_METHODS = {"shelling": _shelling, "naive-fixed": _naive_fixed}
-FRUSTUM_METHODS = RAY_METHODS | FIXED_METHODS
 
 
 def ray_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: int | None = None,
@@ -41,7 +26,7 @@ def ray_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: in
     cell
         Cell size for methods with cells. Default: that of the method.
     jobs
-        Threads; a method without them has one. Default: `golden.processors.processors`.
+        Threads; a method without them has one. Default: `golden.base.processors.processors`.
     progress
         Shows a progress bar after two seconds of preparation.
 
@@ -56,15 +41,6 @@ def ray_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: in
     if method == "grid" and cell is not None:
         return Grid(scene, cell, jobs=jobs, progress=progress)
     return shared_caster(scene, method, jobs, progress) if method in SHARED else RAY_METHODS[method](scene)
-
-
-def frustum_caster(scene: Scene, method: str, *, cell: float | None = None, jobs: int | None = None,
-                   progress: bool = False):
-    """A caster of frusta by its name in `FRUSTUM_METHODS`; the other arguments are those of `ray_caster`."""
-    threads_of(jobs)
-    if method in RAY_METHODS:
-        return ray_caster(scene, method, cell=cell, jobs=jobs, progress=progress)
-    return _shelling(scene, cell) if method == "shelling" else FRUSTUM_METHODS[method](scene)
 
 
 def shadow_caster(frusta):

@@ -3,9 +3,9 @@
 import numpy as np
 
 from golden.cast.nearest import Nearest
+from golden.cast.oracle import Oracle
 from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
-from golden.oracle import Oracle
 from golden.scene.scene import Scene
 
 __all__ = ["Naive"]

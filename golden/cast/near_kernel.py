@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from golden.compiled import callback, compiled
-from golden.native import array, call, pointer
+from golden.base.compiled import callback, compiled
+from golden.base.native import array, call, pointer
 
 __all__ = ["OVER", "UNDER", "UPON", "compare", "find_near"]
 

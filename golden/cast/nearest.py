@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from golden.cast.oracle import Oracle, ShearedRays
 from golden.cast.rays import Hits
-from golden.oracle import Oracle, ShearedRays
 
 __all__ = ["Nearest"]
 

@@ -1,8 +1,8 @@
-"""The test of one ray and one patch of `golden.oracle`, as compiled functions with the same bits."""
+"""The test of one ray and one patch of `golden.cast.oracle`, as compiled functions with the same bits."""
 
 import numpy as np
 
-from golden.compiled import compiled, inlined
+from golden.base.compiled import compiled, inlined
 
 __all__ = ["coordinates", "dominant_axis", "inside", "meet", "position", "sheared"]
 

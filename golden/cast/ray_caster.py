@@ -7,12 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from golden.base.errors import InputError
+from golden.base.processors import threads_of
+from golden.base.spread import in_threads
+from golden.cast.oracle import Oracle
 from golden.cast.ray_frusta import RayFrusta
 from golden.cast.rays import Hits, Rays
-from golden.errors import InputError
-from golden.oracle import Oracle
-from golden.processors import threads_of
-from golden.spread import in_threads
 
 __all__ = ["RayCaster"]
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from golden.base.errors import InputError
+from golden.base.output import whole_file
 from golden.cast.rays import Hits, Rays
-from golden.errors import InputError
-from golden.output import whole_file
 
 __all__ = ["read_rays", "write_hits"]
 

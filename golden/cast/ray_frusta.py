@@ -13,8 +13,8 @@ FrustumHits = Callable[..., Hits]
 class RayFrusta:
     """Base class of casters with ``nearest``, which makes them casters of frusta.
 
-    A caster of frusta has the member below and the two methods; `golden.cast.fixed_frusta.FixedFrusta` is the other
-    kind.
+    A caster of frusta has the member below and the two methods; `golden.engine.cast.fixed_frusta.FixedFrusta` is the
+    other kind.
 
     Members
     -------
@@ -32,7 +32,7 @@ class RayFrusta:
         hemisphere
             The grid of rays.
         points, frames
-            M x 3 origins, and M x 3 x 3 axes as `golden.frustum.frame` gives them.
+            M x 3 origins, and M x 3 x 3 axes as `golden.cast.frame` gives them.
         surfaces
             M int: the surface of each point, which its rays never hit, or -1.
         """

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 
 __all__ = ["point_to_polygon", "polygon_to_polygon"]
 

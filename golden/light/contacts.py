@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from golden.base.compiled import compiled
 from golden.cast.rays import Rays
-from golden.compiled import compiled
 from golden.light.lattice import Lattice, LatticePosition
 from golden.light.surface_points import bilinear
 from golden.scene.scene import Scene

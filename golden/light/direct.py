@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from golden.base.compiled import compiled
 from golden.cast.rays import Rays
 from golden.cast.shadow_rays import ShadowRays
-from golden.compiled import compiled
 from golden.light.glass import SHEETS, Glass
 from golden.light.light_choice import choose_lights
 from golden.light.light_points import by_area, net, net_points

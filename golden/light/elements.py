@@ -3,8 +3,8 @@
 import numpy as np
 from scipy import sparse
 
+from golden.base.compiled import compiled, is_compiler_active
 from golden.cast.rays import Hits
-from golden.compiled import compiled, is_compiler_active
 from golden.light.lattice import Lattice, LatticePosition
 from golden.scene.refine import Refinement
 from golden.scene.scene import Scene

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from golden.base.compiled import compiled
+from golden.cast.frame import frame
 from golden.cast.rays import Rays
-from golden.compiled import compiled
-from golden.frustum import frame
 from golden.light.direct import DirectLight
 from golden.light.form_factors import ray_ends
 from golden.light.indirect import IndirectLight

@@ -8,15 +8,16 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy import sparse
 
+from golden.base.compiled import compiled, is_compiler_active
+from golden.base.errors import InputError
+from golden.base.progress_bar import progress_bar
+from golden.base.spread import Spread, in_turn, spans
 from golden.cast.density import Density
+from golden.cast.frame import frame
+from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Hits, Rays
-from golden.compiled import compiled, is_compiler_active
-from golden.errors import InputError
-from golden.frustum import Hemisphere, frame
 from golden.light.glass import SHEETS, ClearRays
-from golden.progress_bar import progress_bar
 from golden.scene.scene import Scene
-from golden.spread import Spread, in_turn, spans
 
 __all__ = ["HemisphereSums", "PatchRows", "gauss_points", "hemisphere_sums", "patch_columns", "ray_ends"]
 

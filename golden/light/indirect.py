@@ -8,9 +8,10 @@ from math import isqrt
 import numpy as np
 from scipy import sparse
 
+from golden.base.compiled import compiled
+from golden.base.spread import Spread, in_turn
+from golden.cast.hemisphere import Hemisphere
 from golden.cast.methods import shadow_caster
-from golden.compiled import compiled
-from golden.frustum import Hemisphere
 from golden.light.contacts import PARTS, Contacts
 from golden.light.direct import DirectLight
 from golden.light.elements import Elements
@@ -27,7 +28,6 @@ from golden.light.surface_points import SurfacePoints, bilinear
 from golden.light.tally import Tally
 from golden.scene.refine import Refinement
 from golden.scene.scene import Scene
-from golden.spread import Spread, in_turn
 
 __all__ = ["IndirectLight", "indirect_light"]
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from golden.compiled import compiled
+from golden.base.compiled import compiled
 from golden.light.surface_points import bilinear, corner_normals
 from golden.scene.cuts import Cuts
 from golden.scene.scene import Scene

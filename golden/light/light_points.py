@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.compiled import compiled
+from golden.base.compiled import compiled
 
 __all__ = ["by_area", "net", "net_points"]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.compiled import compiled, is_compiler_active
+from golden.base.compiled import compiled, is_compiler_active
 
 __all__ = ["light_weights"]
 

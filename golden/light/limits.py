@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from golden.input_warnings import warn
+from golden.base.input_warnings import warn
+from golden.base.plural import counted
 from golden.light.glass import Glass
 from golden.light.near_lights import RESOLVED, NearPairs
-from golden.plural import counted
 from golden.scene.overlaps import overlaps
 from golden.scene.refine import Refinement
 from golden.scene.scene import Scene

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from golden.frustum import Hemisphere
+from golden.base.spread import Spread, in_turn
+from golden.cast.hemisphere import Hemisphere
 from golden.light.form_factors import hemisphere_sums
 from golden.light.glass import ClearRays, Glass
 from golden.light.pieces import Pieces
 from golden.light.tally import Tally
 from golden.scene.scene import Scene
 from golden.scene.sky.sky import Sky
-from golden.spread import Spread, in_turn
 
 __all__ = ["NodeRows", "Rows", "joined"]
 

@@ -6,14 +6,14 @@ from functools import partial
 import numpy as np
 from scipy import sparse
 
-from golden.frustum import Hemisphere
+from golden.base.spread import Spread, in_turn
+from golden.cast.hemisphere import Hemisphere
 from golden.light.contacts import PARTS
 from golden.light.elements import Elements
 from golden.light.node_rows import NodeRows, Rows
 from golden.light.pieces import Pieces
 from golden.light.surface_points import bilinear
 from golden.scene.scene import Scene
-from golden.spread import Spread, in_turn
 
 __all__ = ["PieceRows"]
 

@@ -5,11 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
+from golden.base.progress_bar import progress_bar
+from golden.base.spread import Spread, spans
 from golden.cast.rays import Hits
-from golden.frustum import Screen
+from golden.cast.screen import Screen
 from golden.light.sampling import mix, pixel_ranks, uniform
-from golden.progress_bar import progress_bar
-from golden.spread import Spread, spans
 
 __all__ = ["MOST", "PixelSums", "Pixels"]
 
@@ -51,7 +51,7 @@ class Pixels:
     caster, shader
         Caster of a screen, see `golden.cast.ray_frusta.RayFrusta`, and what the light along its rays is.
     screen, settings
-        The pixels, and `golden.light.two_pass.RenderSettings`.
+        The pixels, and `golden.render.two_pass.RenderSettings`.
     regular
         See `golden.cast.ray_frusta.RayFrusta`.
     """

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.frustum import Screen
-from golden.image import write_png
+from golden.base.errors import InputError
+from golden.base.output import check_outputs, whole_file
+from golden.cast.screen import Screen
+from golden.light.image import write_png
 from golden.light.pieces import Pieces
 from golden.light.solvers.iteration import State
 from golden.light.tone import tone_map
-from golden.output import check_outputs, whole_file
 from golden.scene.scene import Scene
 
 __all__ = ["Preview"]

@@ -6,7 +6,7 @@ pixels are batched.
 
 import numpy as np
 
-from golden.compiled import compiled
+from golden.base.compiled import compiled
 
 __all__ = ["mix", "pixel_ranks", "sobol", "uniform"]
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from golden.base.compiled import compiled
 from golden.cast.rays import Hits, Rays
-from golden.compiled import compiled
 from golden.light.surface_points import SurfacePoints, corner_normals
 from golden.scene.scene import Scene
 

@@ -4,10 +4,10 @@ import time
 from contextlib import contextmanager
 from threading import Lock
 
+from golden.base.spread import Spread
 from golden.cast.ray_frusta import FrustumHits
 from golden.cast.rays import Hits, Rays
 from golden.cast.shadow_rays import ShadowHits, ShadowRays
-from golden.spread import Spread
 
 __all__ = ["Tally"]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 
 __all__ = ["CURVES", "automatic_exposure", "luminance", "tone_map"]
 

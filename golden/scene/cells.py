@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from golden.compiled import is_compiler_active
-from golden.errors import InputError
+from golden.base.compiled import is_compiler_active
+from golden.base.errors import InputError
 from golden.scene.scene import Scene
 
 __all__ = ["FINEST", "Cells", "balanced_cell", "check_cell_size", "patches_by_cell"]

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from golden.errors import InputError
-from golden.output import check_inputs_stay, whole_file
+from golden.base.errors import InputError
+from golden.base.output import check_inputs_stay, whole_file
 from golden.scene.adjacency import corner_numbers
 from golden.scene.appearance import to_srgb
 from golden.scene.gltf_material import EXACT, EXACT_SHARES, gltf_material

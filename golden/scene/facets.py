@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.adjacency import FLAT, patch_normals, rounded_sine
 from golden.scene.mesh import Mesh, check_mesh
 from golden.scene.polygons import cut_polygon, is_convex_quad

@@ -5,7 +5,7 @@ import re
 from os.path import exists, isdir, isfile
 from pathlib import Path
 
-from golden.input_warnings import warn
+from golden.base.input_warnings import warn
 
 __all__ = ["file_of", "forms_of", "lines_of", "number", "numbers", "unquoted"]
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.appearance import UNSPECIFIED
 from golden.scene.facets import check_facets
 from golden.scene.material import Material

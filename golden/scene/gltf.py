@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.camera import Camera
 from golden.scene.gltf_buffers import GltfBuffers
 from golden.scene.gltf_faces import TRIANGLES, GltfFaces, gltf_faces

@@ -9,8 +9,8 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from PIL import Image
 
-from golden.errors import InputError
-from golden.input_warnings import warn
+from golden.base.errors import InputError
+from golden.base.input_warnings import warn
 from golden.scene.parser import check_regular
 from golden.scene.texture import MOST_PIXELS, Texture
 

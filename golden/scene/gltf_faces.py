@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, colour_materials, from_srgb, to_srgb
 from golden.scene.gltf_buffers import GltfBuffers
 from golden.scene.gltf_material import gltf_material

@@ -6,7 +6,7 @@ A small file may claim more than any memory holds: what it claims is bounded her
 from collections.abc import Callable
 from numbers import Real
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.gltf_buffers import COMPONENTS, WIDTHS
 
 __all__ = ["MOST_FACES", "check_tree"]

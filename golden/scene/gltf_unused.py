@@ -1,6 +1,6 @@
 """What a glTF file holds and its scene does not use."""
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.gltf_faces import TRIANGLES
 from golden.scene.unused import Unused
 

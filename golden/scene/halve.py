@@ -4,7 +4,7 @@ import heapq
 
 import numpy as np
 
-from golden.errors import InputError, check_int
+from golden.base.errors import InputError, check_int
 from golden.scene.scene import Scene
 
 __all__ = ["MOST_PATCHES", "halved"]

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from golden.errors import InputError
-from golden.input_warnings import caught_warnings, warn
+from golden.base.errors import InputError
+from golden.base.input_warnings import caught_warnings, warn
 from golden.scene.facets import facet_scene
 from golden.scene.mesh import mesh_scene
 from golden.scene.nff import read_nff

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.input_warnings import warn
+from golden.base.errors import InputError
+from golden.base.input_warnings import warn
 from golden.scene.adjacency import corner_sets, inside_out, patch_normals, smooth_numbers, surface_numbers
 from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from golden.errors import InputError
-from golden.input_warnings import warn
+from golden.base.errors import InputError
+from golden.base.input_warnings import warn
 from golden.scene.appearance import UNSPECIFIED, bounded_material
 from golden.scene.file_text import file_of, forms_of, lines_of, numbers, unquoted
 from golden.scene.file_text import number as number_of

@@ -10,7 +10,7 @@ from pathlib import PurePath
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.builder import SceneBuilder
 from golden.scene.camera import Camera
 from golden.scene.file_text import lines_of

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.input_warnings import warn
+from golden.base.errors import InputError
+from golden.base.input_warnings import warn
 from golden.scene.appearance import UNSPECIFIED, colour_materials
 from golden.scene.file_text import file_of, forms_of, lines_of, numbers, unquoted
 from golden.scene.mesh import Mesh

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.builtin import BUILTIN, builtin_scene
 from golden.scene.load import SUFFIXES, load_scene
 from golden.scene.scene import Scene

@@ -3,8 +3,8 @@
 
 import numpy as np
 
-from golden.input_warnings import warn
-from golden.plural import counted
+from golden.base.input_warnings import warn
+from golden.base.plural import counted
 from golden.scene.scene import Scene
 
 __all__ = ["overlaps", "warn_of_overlaps"]

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 
 __all__ = ["check_regular", "unreadable"]
 

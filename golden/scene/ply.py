@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, colour_materials, from_srgb
 from golden.scene.file_text import lines_of
 from golden.scene.mesh import Mesh

@@ -8,7 +8,7 @@ from itertools import pairwise
 import mapbox_earcut
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.adjacency import FLAT, coplanar, patch_normals, rounded_sine, shared_edges, surface_numbers
 
 __all__ = ["CONVEX", "as_patches", "cut_polygon", "is_convex_quad", "merge_triangles", "split_nonplanar"]

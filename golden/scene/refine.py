@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.compiled import compiled, is_compiler_active
-from golden.errors import InputError
+from golden.base.compiled import compiled, is_compiler_active
+from golden.base.errors import InputError
 from golden.scene.cuts import Cuts
 from golden.scene.scene import Scene
 

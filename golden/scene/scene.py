@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.plural import counted
+from golden.base.errors import InputError
+from golden.base.plural import counted
 from golden.scene.camera import Camera
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import BRIGHTEST, Material, Rgb

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.appearance import UNSPECIFIED
 from golden.scene.file_text import lines_of, numbers
 from golden.scene.mesh import Mesh

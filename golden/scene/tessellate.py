@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.polygons import split_nonplanar
 
 __all__ = ["bezier", "frustum", "revolution", "sphere", "square"]

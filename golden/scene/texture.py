@@ -3,7 +3,7 @@
 import numpy as np
 from PIL import Image
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.appearance import from_srgb
 
 __all__ = ["MOST_PIXELS", "Texture", "join_halves"]

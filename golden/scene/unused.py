@@ -1,6 +1,6 @@
 """What a file holds and its scene does not use."""
 
-from golden.input_warnings import warn
+from golden.base.input_warnings import warn
 
 __all__ = ["Unused"]
 

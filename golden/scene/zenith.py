@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.input_warnings import warn
+from golden.base.input_warnings import warn
 from golden.scene.load import UP
 from golden.scene.scene import Scene
 

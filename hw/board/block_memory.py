@@ -5,9 +5,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from hw.memsys.axi_signature import AxiSignature
-from hw.memsys.memory_formats import MemoryFormats
+from golden.engine.config import Config
+from hw.memsys.port.axi_signature import AxiSignature
+from hw.memsys.port.memory_formats import MemoryFormats
 
 __all__ = ["DECERR", "OKAY", "BlockMemory"]
 

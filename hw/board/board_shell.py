@@ -4,13 +4,13 @@ from amaranth.hdl import ClockDomain, ClockSignal, DomainRenamer, Module, ResetS
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.board.block_memory import BlockMemory
 from hw.board.program import Program
 from hw.board.sequencer import Sequencer
 from hw.board.uart_transmitter import UartTransmitter
 from hw.engine import Engine
-from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.bus.cache_policy import CachePolicy
 
 __all__ = ["BoardShell"]
 
@@ -31,7 +31,7 @@ class BoardShell(wiring.Component):
     config
         The configuration. Only its own policy of the caches is built.
     program
-        The sequence, and the contents of main memory (`hw.board.record`).
+        The sequence, and the contents of main memory (`radiosity.flow.board.record`).
     divisor
         Cycles of a bit of the serial line.
     black_boxes

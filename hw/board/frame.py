@@ -3,7 +3,7 @@
 from amaranth.lib import enum
 from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 
-from golden.memory_map import MAGIC
+from golden.engine.memory_map import MAGIC
 
 __all__ = ["CHECK", "CHECK_BYTES", "HEADER_BYTES", "LENGTH_BITS", "FrameKind", "header"]
 

@@ -6,10 +6,10 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.board.frame import CHECK, CHECK_BYTES, HEADER_BYTES, LENGTH_BITS
 from hw.board.program import Operation, Program
-from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.port.memory_formats import MemoryFormats
 from hw.registers.axi_lite_signature import AxiLiteSignature
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS, register
 from hw.registers.register import WORD_BYTES, addresses

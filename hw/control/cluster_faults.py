@@ -4,12 +4,12 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.control.control_formats import ControlFormats
 from hw.ctu.subshell_generator import ListError
 from hw.lib.first_fault import FirstFault
-from hw.memsys.path_fault import PathFault
-from hw.memsys.path_formats import PathFormats
+from hw.memsys.patches.path_fault import PathFault
+from hw.memsys.patches.path_formats import PathFormats
 from hw.registers.error_code import LIST, PATH, ErrorCode
 
 __all__ = ["ClusterFaults"]

@@ -5,10 +5,10 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.control.job_formats import COMPLETION_WORDS, WORD_BITS, JobFormats, elements
 from hw.lib.round_robin import RoundRobin
-from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.port.memory_formats import MemoryFormats
 from hw.registers.engine_registers import RING_BITS
 
 __all__ = ["CompletionWriter"]
@@ -77,7 +77,7 @@ class CompletionWriter(wiring.Component):
     another source; a beat per cycle, without a gap between records; stalls with ``o_request`` and ``o_data``, and while
     4 records have not been answered.
 
-    Golden counterpart: `golden.jobs.completion`.
+    Golden counterpart: `golden.engine.jobs.completion`.
     """
 
     latency = COMPLETION_WORDS + 1

@@ -2,10 +2,10 @@
 
 from amaranth.lib.data import StructLayout
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats
-from hw.memsys.memory_formats import MemoryFormats
-from hw.memsys.path_formats import PathFormats
+from hw.memsys.patches.path_formats import PathFormats
+from hw.memsys.port.memory_formats import MemoryFormats
 from hw.registers.error_code import ErrorCode
 
 __all__ = ["ControlFormats"]

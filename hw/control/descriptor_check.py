@@ -5,18 +5,18 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.jobs.descriptor import ANY_CLUSTER, NEAR_ALIGNMENT, VERSION
-from golden.memory_map import ALIGNMENT
+from golden.engine.config import Config
+from golden.engine.jobs.descriptor import ANY_CLUSTER, NEAR_ALIGNMENT, VERSION
+from golden.engine.memory_map import ALIGNMENT
 from hw.control.job_formats import DESCRIPTOR_WORDS, WORD_BITS, JobFormats, Kind, byte_of, elements
-from hw.memsys.serial_product import SerialProduct
+from hw.memsys.load.serial_product import SerialProduct
 from hw.registers.error_code import ErrorCode
 
 __all__ = ["DescriptorCheck"]
 
 
 class DescriptorCheck(wiring.Component):
-    """Compares the words of a descriptor with the rules of `golden.jobs.descriptor.RULES`.
+    """Compares the words of a descriptor with the rules of `golden.engine.jobs.descriptor.RULES`.
 
     The refusal is that of the first field in the order of the bytes that breaks a rule. An address with more bits than
     those of memory breaks the rule of its alignment too.
@@ -40,7 +40,7 @@ class DescriptorCheck(wiring.Component):
     Latency: ``1`` cycle from a word to its refusal; from the fifth word to that of a section with too many tiles
     ``4 + bits(tiles_down)``. ``known`` is 0 until both have passed.
 
-    Golden counterpart: `golden.jobs.descriptor.check_descriptor`.
+    Golden counterpart: `golden.engine.jobs.descriptor.check_descriptor`.
     """
 
     latency = 1

@@ -6,13 +6,13 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.jobs.descriptor import NEAR_ALIGNMENT
+from golden.engine.config import Config
+from golden.engine.jobs.descriptor import NEAR_ALIGNMENT
 from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, WORD_BITS, JobFormats, Kind, elements
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
-from hw.memsys.memory_formats import MemoryFormats
-from hw.memsys.word_reader import WordReader
+from hw.memsys.port.memory_formats import MemoryFormats
+from hw.memsys.port.word_reader import WordReader
 from hw.registers.engine_registers import RING_BITS
 
 __all__ = ["DescriptorFetch"]
@@ -66,7 +66,7 @@ class DescriptorFetch(wiring.Component):
     Latency: ``3`` cycles from a reply to its first word. One word per cycle; stalls with ``o``. A descriptor is
     requested while fewer than 4 wait to be sent; near cells ahead of descriptors, in extents of at most 16 words.
 
-    Golden counterpart: `golden.jobs.descriptor`.
+    Golden counterpart: `golden.engine.jobs.descriptor`.
     """
 
     latency = 3

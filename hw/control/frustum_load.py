@@ -5,11 +5,11 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.icu.icu_formats import IcuFormats, TableKind
-from hw.memsys.image_layout import RegionNumber, halves
-from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.load.image_layout import RegionNumber, halves
+from hw.memsys.port.memory_formats import MemoryFormats
 
 __all__ = ["FIRST_SHELL", "FrustumLoad"]
 
@@ -45,7 +45,7 @@ class FrustumLoad(wiring.Component):
     ------
     Latency: ``0`` cycles of a word, 1 of grid rays, 2 of numbers. One word per cycle; stalls with ``o_table``.
 
-    Golden counterpart: `golden.memory_map`.
+    Golden counterpart: `golden.engine.memory_map`.
     """
 
     latency = 0

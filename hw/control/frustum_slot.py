@@ -4,7 +4,7 @@ from amaranth.hdl import Cat, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.control.job_formats import NEAR_INDEX, JobFormats, elements
 from hw.ctu.ctu_formats import CtuFormats
 
@@ -43,7 +43,7 @@ class FrustumSlot(wiring.Component):
     ------
     Latency: ``2`` cycles from the last word to the section, 1 of near cells. One word per cycle.
 
-    Golden counterpart: `golden.jobs.descriptor`.
+    Golden counterpart: `golden.engine.jobs.descriptor`.
     """
 
     latency = 2

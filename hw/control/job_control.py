@@ -6,14 +6,14 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.jobs.completion import NO_CLUSTER
+from golden.engine.config import Config
+from golden.engine.jobs.completion import NO_CLUSTER
 from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import IN_FLIGHT, JobFormats
 from hw.control.load_control import ALL
 from hw.lib.validate import check_instance
-from hw.memsys.fault import Fault
-from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.port.fault import Fault
+from hw.memsys.port.memory_formats import MemoryFormats
 from hw.noc.network_fault import NetworkFault
 from hw.registers.engine_registers import RING_BITS, register
 from hw.registers.error_code import NETWORK, ErrorCode

@@ -4,9 +4,9 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.jobs.completion import NO_CLUSTER
-from golden.jobs.descriptor import ANY_CLUSTER
+from golden.engine.config import Config
+from golden.engine.jobs.completion import NO_CLUSTER
+from golden.engine.jobs.descriptor import ANY_CLUSTER
 from hw.control.descriptor_check import DescriptorCheck
 from hw.control.job_formats import NEAR_INDEX, JobFormats, Kind, byte_of, elements
 from hw.ctu.ctu_formats import CtuFormats
@@ -62,7 +62,7 @@ class JobDispatch(wiring.Component):
     Latency: ``2`` cycles from a first word, and a request for it, to its first word at ``o``. A section takes 26
     cycles and one for each word of near cells, a further one or two if its tiles are more than 2^14; stalls with ``i``.
 
-    Golden counterpart: `golden.jobs.descriptor.check_descriptor`.
+    Golden counterpart: `golden.engine.jobs.descriptor.check_descriptor`.
     """
 
     latency = 2

@@ -3,14 +3,14 @@
 from amaranth.hdl import unsigned
 from amaranth.lib.data import StructLayout
 
-from golden.config import Config
-from golden.jobs.completion import COMPLETION
-from golden.jobs.descriptor import DESCRIPTOR, Kind
-from golden.jobs.result_formats import HitFormat, exceeding
-from golden.memory_map import REGIONS
+from golden.engine.config import Config
+from golden.engine.jobs.completion import COMPLETION
+from golden.engine.jobs.descriptor import DESCRIPTOR, Kind
+from golden.engine.jobs.result_formats import HitFormat, exceeding
+from golden.engine.memory_map import REGIONS
 from hw.control.control_formats import ControlFormats
 from hw.ctu.ctu_formats import CtuFormats
-from hw.memsys.path_formats import PathFormats
+from hw.memsys.patches.path_formats import PathFormats
 from hw.registers.error_code import ErrorCode
 
 __all__ = ["COMPLETION_WORDS", "DESCRIPTOR_BYTES", "DESCRIPTOR_WORDS", "IN_FLIGHT", "NEAR_INDEX",

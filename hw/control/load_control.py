@@ -4,15 +4,15 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.jobs.load_regions import LOADED_REGIONS
-from golden.memory_map import ALIGNMENT
+from golden.engine.config import Config
+from golden.engine.jobs.load_regions import LOADED_REGIONS
+from golden.engine.memory_map import ALIGNMENT
 from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import JobFormats
-from hw.memsys.fault import Fault
-from hw.memsys.memory_formats import MemoryFormats
-from hw.memsys.path_formats import PathFormats
-from hw.memsys.preload_dma import OWN
+from hw.memsys.load.preload_dma import OWN
+from hw.memsys.patches.path_formats import PathFormats
+from hw.memsys.port.fault import Fault
+from hw.memsys.port.memory_formats import MemoryFormats
 
 __all__ = ["ALL", "LoadControl"]
 

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.control.job_formats import JobFormats
 from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.pipeline import Pipeline
@@ -35,7 +35,7 @@ class NearCellBanks(wiring.Component):
     ------
     Latency: ``3`` cycles. One cell per cycle; stalls with ``o``.
 
-    Golden counterpart: `golden.ctu.near_cells`.
+    Golden counterpart: `golden.engine.ctu.near_cells`.
     """
 
     def __init__(self, *, config: Config):

@@ -5,11 +5,11 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import COMPLETION_WORDS, WORD_BITS, JobFormats, elements
-from hw.memsys.fault import Fault
-from hw.memsys.result_formats import HitFormat, ResultFormats
+from hw.memsys.port.fault import Fault
+from hw.memsys.results.result_formats import HitFormat, ResultFormats
 from hw.registers.error_code import ErrorCode
 
 __all__ = ["COUNTS", "SectionResults"]

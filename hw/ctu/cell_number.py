@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.pipeline import Pipeline
 
@@ -35,7 +35,7 @@ class CellNumber(wiring.Component):
     ------
     Latency: ``2 * product_registers + 2`` cycles. One cell per cycle; stalls while the cell at the end waits.
 
-    Golden counterpart: `golden.memsys.cell_table.CellTable.number`.
+    Golden counterpart: `golden.engine.memsys.patches.cell_table.CellTable.number`.
     """
 
     def __init__(self, *, config: Config, tag):

@@ -7,8 +7,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.ctu.cell_traversal import NEVER
+from golden.engine.config import Config
+from golden.engine.ctu.cell_traversal import NEVER
 from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.skid_buffer import SkidBuffer
 
@@ -46,7 +46,7 @@ class CellSteps(wiring.Component):
     Latency: ``6`` cycles to a ray's first cell, its next ones 5 apart. One cell of any ray per cycle, with 5 rays in
     flight or more waiting; stalls while a cell waits, and a register enables all others of the ring.
 
-    Golden counterpart: `golden.ctu.cell_traversal.Traversal.advance`. Source: Shen 1993, section 5.3.4.5.
+    Golden counterpart: `golden.engine.ctu.cell_traversal.Traversal.advance`. Source: Shen 1993, section 5.3.4.5.
     """
 
     def __init__(self, *, config: Config, tag):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.cell_number import CellNumber
 from hw.ctu.cell_steps import CellSteps
 from hw.ctu.ctu_formats import CtuFormats
@@ -53,7 +53,7 @@ class CellTraversal(wiring.Component):
     TypeError, ValueError
         Pipelines of the wrong type or out of range.
 
-    Golden counterpart: `golden.ctu.cell_traversal.Traversal`. Source: Shen 1993, section 5.3.4.5.
+    Golden counterpart: `golden.engine.ctu.cell_traversal.Traversal`. Source: Shen 1993, section 5.3.4.5.
     """
 
     def __init__(self, *, config: Config, tag, pipelines: int = 1):

@@ -4,7 +4,7 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.row_pieces import RowPieces
 from hw.ctu.stage_rows import StageRows
@@ -48,8 +48,8 @@ class CtRayGenerator(wiring.Component):
     ``columns`` the shell's. A group per cycle within a row; stalls with ``o``, a cycle later, and while too many stages
     are in flight.
 
-    Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
-    section 5.3.4.3.
+    Golden counterpart: `golden.engine.ctu.sector`, `golden.engine.cast.cluster_casting.ClusterCasting.schedule`.
+    Source: Shen 1993, section 5.3.4.3.
     """
 
     def __init__(self, *, config: Config):

@@ -4,9 +4,9 @@ from amaranth.hdl import Shape, signed, unsigned
 from amaranth.lib import enum
 from amaranth.lib.data import ArrayLayout, StructLayout
 
-from golden.config import Config
-from golden.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, POSITION_FRACTION, RECIPROCAL_BITS
-from golden.ctu.grid_rays import FRACTION, INDEX_FRACTION
+from golden.engine.config import Config
+from golden.engine.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, POSITION_FRACTION, RECIPROCAL_BITS
+from golden.engine.ctu.grid_rays import FRACTION, INDEX_FRACTION
 from hw.formats import Formats
 
 __all__ = ["GRID_GROUP", "CtuFormats", "GridTableKind"]
@@ -156,7 +156,7 @@ class CtuFormats(Formats):
 
     @property
     def grid_shell(self) -> StructLayout:
-        """Of a shell: see `golden.memory_map`, ``shells``; ``length`` is end - begin."""
+        """Of a shell: see `golden.engine.memory_map`, ``shells``; ``length`` is end - begin."""
         return StructLayout({"begin": self.begin, "length": self.parameter, "threshold": self.threshold,
                              "row_border": self.reach, "first_row": self.grid_row_address, "rows": self.grid_side,
                              "first_column": self.grid_column_address, "columns": self.grid_side,
@@ -164,13 +164,13 @@ class CtuFormats(Formats):
 
     @property
     def grid_row(self) -> StructLayout:
-        """Of a row of grid rays: see `golden.memory_map`, ``grid_rows``."""
+        """Of a row of grid rays: see `golden.engine.memory_map`, ``grid_rows``."""
         return StructLayout({"table": self.grid_pair, "position": self.position, "first_near": self.count,
                              "near": self.count, "column_reach": self.reach, "column_border": self.reach})
 
     @property
     def grid_column(self) -> StructLayout:
-        """Of a column of grid rays: see `golden.memory_map`, ``grid_columns``."""
+        """Of a column of grid rays: see `golden.engine.memory_map`, ``grid_columns``."""
         return StructLayout({"table": self.grid_pair, "position": self.position})
 
     @property

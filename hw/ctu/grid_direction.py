@@ -5,8 +5,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.ctu.grid_rays import FRACTION
+from golden.engine.config import Config
+from golden.engine.ctu.grid_rays import FRACTION
 from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.ray_direction import direction
 from hw.lib.fixed import round_shift, total
@@ -41,7 +41,7 @@ class GridDirection(wiring.Component):
     Latency: ``2 * product_registers + 6`` cycles. One ray per cycle; stalls while the ray at the end waits, and a
     register enables all others.
 
-    Golden counterpart: `golden.ctu.unit.global_directions` of a ray of `golden.ctu.grid_rays.GridRays`.
+    Golden counterpart: `golden.engine.ctu.unit.global_directions` of a ray of `golden.engine.ctu.grid_rays.GridRays`.
     Source: Shen 1993, section 5.3.4.4.
     """
 

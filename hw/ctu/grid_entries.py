@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.ctu.near_window import add_tables
 from hw.lib.pipeline import Pipeline
@@ -38,7 +38,7 @@ class GridEntries(wiring.Component):
     ------
     Latency: ``3`` cycles. One ray per cycle; stalls while the ray at the end waits, and a register enables all others.
 
-    Golden counterpart: `golden.memory_map`, ``shells``, ``grid_rows`` and ``grid_columns``.
+    Golden counterpart: `golden.engine.memory_map`, ``shells``, ``grid_rows`` and ``grid_columns``.
     """
 
     def __init__(self, *, config: Config, tag):

@@ -6,8 +6,8 @@ from amaranth.lib.data import StructLayout, View
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.ctu.grid_rays import INDEX_FRACTION
+from golden.engine.config import Config
+from golden.engine.ctu.grid_rays import INDEX_FRACTION
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.lib.pipeline import Pipeline
 from hw.lib.shared_port import share_port
@@ -47,7 +47,7 @@ class NearWindow(wiring.Component):
     ------
     Latency: ``7`` cycles. One window per cycle; nothing stalls.
 
-    Golden counterpart: `golden.ctu.grid_rays.GridRays`, ``first_row`` to ``column_count``.
+    Golden counterpart: `golden.engine.ctu.grid_rays.GridRays`, ``first_row`` to ``column_count``.
     """
 
     def __init__(self, *, config: Config, tag):

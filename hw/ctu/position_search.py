@@ -39,7 +39,7 @@ class PositionSearch(wiring.Component):
     ------
     Latency: ``3 * bits(count) + 4`` cycles, ``bits(n)`` those of the number n. One search at a time.
 
-    Golden counterpart: `golden.ctu.sector`, which compares all positions.
+    Golden counterpart: `golden.engine.ctu.sector`, which compares all positions.
     """
 
     def __init__(self, *, formats: CtuFormats, address):

@@ -48,7 +48,7 @@ class RayBanks(wiring.Component):
     TypeError, ValueError
         A size of the wrong type or out of range.
 
-    Golden counterpart: `golden.ctu.ray_memory.RayMemory`. Source: Shen 1993, Fig. 5.10 and section 5.3.4.4.
+    Golden counterpart: `golden.engine.ctu.ray_memory.RayMemory`. Source: Shen 1993, Fig. 5.10 and section 5.3.4.4.
     """
 
     def __init__(self, *, slots: int, version_bits: int, deferred: int, generation_bits: int, tag, banks: int = 2):

@@ -11,7 +11,7 @@ from hw.lib.generations import Generations
 from hw.lib.queue import Queue
 from hw.lib.update_memory import UpdateMemory
 from hw.lib.validate import check_integer
-from hw.memsys.istructure import IStructure
+from hw.memsys.patches.istructure import IStructure
 
 __all__ = ["RayMemory"]
 
@@ -90,8 +90,8 @@ class RayMemory(wiring.Component):
     TypeError, ValueError
         A size of the wrong type or out of range.
 
-    Golden counterpart: `golden.ctu.ray_memory.RayMemory`, which also accepts requests that need not wait while it is
-    full. Source: Shen 1993, Fig. 5.10 and section 5.3.4.4.
+    Golden counterpart: `golden.engine.ctu.ray_memory.RayMemory`, which also accepts requests that need not wait while
+    it is full. Source: Shen 1993, Fig. 5.10 and section 5.3.4.4.
     """
 
     def __init__(self, *, slots: int, version_bits: int, deferred: int, generation_bits: int, tag):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.cell_traversal import CellTraversal
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.grid_direction import GridDirection
@@ -83,7 +83,7 @@ class RayTraversal(wiring.Component):
     first cell, with several pipelines 1 more. One request, one ray and one cell per cycle; stalls with ``o``. With
     lists a frustum begins ``ray_slots`` cycles later after reset and every 2^``generation_bits`` - 1 frusta.
 
-    Golden counterpart: `golden.ctu.unit.CellTraversalUnit.open`. Source: Shen 1993, section 5.3.4.
+    Golden counterpart: `golden.engine.ctu.unit.CellTraversalUnit.open`. Source: Shen 1993, section 5.3.4.
     """
 
     def __init__(self, *, config: Config, pipelines: int = 1):

@@ -6,8 +6,8 @@ from amaranth.lib.data import View
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.ctu.grid_rays import INDEX_FRACTION
+from golden.engine.config import Config
+from golden.engine.ctu.grid_rays import INDEX_FRACTION
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.lib.pipeline import Pipeline
 from hw.lib.skid_buffer import SkidBuffer
@@ -39,7 +39,7 @@ class RowArcs(wiring.Component):
     ------
     Latency: ``7`` cycles. One row per cycle; stalls while the row at the end waits, and a register enables all others.
 
-    Golden counterpart: `golden.ctu.sector.sector_rays`.
+    Golden counterpart: `golden.engine.ctu.sector.sector_rays`.
     """
 
     def __init__(self, *, config: Config):

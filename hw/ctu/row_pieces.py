@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout, View
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.ctu.position_search import PositionSearch
 from hw.ctu.row_arcs import RowArcs
@@ -49,7 +49,7 @@ class RowPieces(wiring.Component):
     Latency: ``3 * bits(columns) + 17`` cycles, ``columns`` the shell's. Without a search a piece takes four cycles, and
     a row one more; a search takes ``3 * bits(columns) + 4`` more. Stalls with ``o``.
 
-    Golden counterpart: `golden.ctu.sector`. Source: Shen 1993, section 5.3.4.3.
+    Golden counterpart: `golden.engine.ctu.sector`. Source: Shen 1993, section 5.3.4.3.
     """
 
     def __init__(self, *, config: Config):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.square_scan import SIDE_BITS, square
 from hw.formats import Formats
 from hw.lib.fixed import extreme, small_product
@@ -50,7 +50,7 @@ class SettleSweep(wiring.Component):
     Latency: ``bits(side_bits - tile_bits) + 4 * tile_bits + 7`` cycles from a tile's read to its square. One tile per
     cycle, also if it lies beyond the border within a square of the highest level; stalls with the settle map.
 
-    Golden counterpart: `golden.ctu.settle_pyramid.SettlePyramid`.
+    Golden counterpart: `golden.engine.ctu.settle_pyramid.SettlePyramid`.
     """
 
     def __init__(self, *, config: Config):

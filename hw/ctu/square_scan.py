@@ -8,7 +8,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.formats import Formats
 
 __all__ = ["SIDE_BITS", "SquareScan", "extent", "square"]
@@ -80,7 +80,7 @@ class SquareScan(wiring.Component):
     Latency: ``6`` cycles to the first word, 6 for each further one. One word per cycle, of any window; stalls while a
     window waits to leave. A code is seen 2 cycles after it came, or 1.
 
-    Golden counterpart: `golden.ctu.survival.survivors_by_code`.
+    Golden counterpart: `golden.engine.ctu.survival.survivors_by_code`.
     """
 
     def __init__(self, *, config: Config, level: int, tag):

@@ -6,8 +6,8 @@ from amaranth.lib.data import StructLayout, View
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.ctu.grid_rays import INDEX_FRACTION
+from golden.engine.config import Config
+from golden.engine.ctu.grid_rays import INDEX_FRACTION
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.ctu.position_search import PositionSearch
 
@@ -47,8 +47,8 @@ class StageRows(wiring.Component):
     Latency: ``3 * bits(rows) + 11`` cycles from a subshell to its first stage, ``rows`` the shell's, and one less from
     there to the next one. One stage at a time; stalls with ``o`` and while too many are in flight.
 
-    Golden counterpart: `golden.ctu.sector`, `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993,
-    section 5.3.4.2.
+    Golden counterpart: `golden.engine.ctu.sector`, `golden.engine.cast.cluster_casting.ClusterCasting.schedule`.
+    Source: Shen 1993, section 5.3.4.2.
     """
 
     def __init__(self, *, config: Config):

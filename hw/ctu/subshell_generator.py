@@ -5,7 +5,7 @@ from amaranth.lib import enum, stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.queue import Queue
 
@@ -44,8 +44,8 @@ class SubshellGenerator(wiring.Component):
         Begins a frustum: its list in the table, and the number of the scene's patches. Accepted when the last subshell
         of the frustum before has left.
     o_read : Out, stream of addresses; i_read : In, stream of ``patch``, ``shell``
-        An address of the table, and its entry as in memory (`golden.memory_map`, ``subshells``), in the order of the
-        addresses.
+        An address of the table, and its entry as in memory (`golden.engine.memory_map`, ``subshells``), in the order of
+        the addresses.
     o : Out, stream of `CtuFormats.subshell`
         Subshells.
     error : Out, `ListError`
@@ -56,8 +56,8 @@ class SubshellGenerator(wiring.Component):
     Latency: ``4`` cycles from ``i`` to the first subshell of a list, and the table's; 3 to the last one of an empty
     list. An entry per cycle; stalls with ``o``.
 
-    Golden counterpart: `golden.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993, sections 4.4.2.4 and
-    5.3.4.2.
+    Golden counterpart: `golden.engine.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993, sections
+    4.4.2.4 and 5.3.4.2.
     """
 
     def __init__(self, *, config: Config):

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.lib.pipeline import Pipeline
 from hw.lib.skid_buffer import SkidBuffer
 
@@ -24,7 +24,7 @@ class SubshellTable(wiring.Component):
     Members
     -------
     i_load : In, stream of ``address``, ``patch``, ``shell``
-        An address, and its entry as in memory (`golden.memory_map`, ``subshells``). Always ready.
+        An address, and its entry as in memory (`golden.engine.memory_map`, ``subshells``). Always ready.
     i : In, stream of addresses; o : Out, stream of ``patch``, ``shell``
         An address, and its entry.
 
@@ -32,7 +32,7 @@ class SubshellTable(wiring.Component):
     ------
     Latency: ``2`` cycles. An entry per cycle; stalls with ``o``, a cycle later.
 
-    Golden counterpart: `golden.memory_map.MemoryImage.subshells`.
+    Golden counterpart: `golden.engine.memory_map.MemoryImage.subshells`.
     """
 
     def __init__(self, *, config: Config):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.edge_planes import EdgePlanes
 from hw.icu.g2r_transform import G2rTransform
@@ -71,7 +71,7 @@ class SubshellWindows(wiring.Component):
     TypeError, ValueError
         ``interval`` is no integer, or too small for the blocks' order.
 
-    Golden counterpart: `golden.icu.patch_setup.PatchSetup`, of which only the window is made. Source: Shen 1993,
+    Golden counterpart: `golden.engine.icu.patch_setup.PatchSetup`, of which only the window is made. Source: Shen 1993,
     section 5.3.4.2.
     """
 

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout, View
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.group_split import GROUPS as SPLIT_GROUPS
 from hw.ctu.group_split import GroupSplit
@@ -73,7 +73,7 @@ class Survival(wiring.Component):
     Latency: ``26`` cycles for a grid ray alone that a single word is looked up for. A word of 4 x 4 squares of each
     level per cycle; in each cycle a group or a ray of a live group enters. Stalls with ``o``.
 
-    Golden counterpart: `golden.ctu.survival.survivors_by_code`. Source: docs/exactness.md.
+    Golden counterpart: `golden.engine.ctu.survival.survivors_by_code`. Source: docs/exactness.md.
     """
 
     def __init__(self, *, config: Config, ray: StructLayout):

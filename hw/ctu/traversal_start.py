@@ -6,8 +6,8 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
-from golden.ctu.cell_traversal import (
+from golden.engine.config import Config
+from golden.engine.ctu.cell_traversal import (
     GUARD,
     NEVER,
     PARAMETER_BITS,
@@ -16,7 +16,7 @@ from golden.ctu.cell_traversal import (
     ROW_BITS,
     reciprocal_table,
 )
-from golden.ctu.grid_rays import FRACTION
+from golden.engine.ctu.grid_rays import FRACTION
 from hw.ctu.ctu_formats import CtuFormats
 from hw.lib.fixed import magnitude, normalise, shift_right, small_product
 from hw.lib.pipeline import Pipeline
@@ -55,7 +55,7 @@ class TraversalStart(wiring.Component):
     Latency: ``product_registers + 21`` cycles. One ray per cycle; stalls while the ray at the end waits, and a
     register enables all others.
 
-    Golden counterpart: `golden.ctu.cell_traversal.traversal_start`. Source: Shen 1993, section 5.3.4.5.
+    Golden counterpart: `golden.engine.ctu.cell_traversal.traversal_start`. Source: Shen 1993, section 5.3.4.5.
     """
 
     def __init__(self, *, config: Config, tag):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.ctu.ct_ray_generator import CtRayGenerator
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.ray_traversal import RayTraversal
@@ -32,7 +32,7 @@ class TraversalUnit(wiring.Component):
         The configuration. Where there are no lists (``ctu.subshell_bits`` of 0) there is no `SubshellWindows`, and none
         of the streams ``i_slack``, ``o_entry``, ``i_entry``, ``o_patch`` and ``i_vertex``.
     pipelines
-        Traversal pipelines, see `golden.config.Ctu.traversal_pipelines`.
+        Traversal pipelines, see `golden.engine.config.Ctu.traversal_pipelines`.
 
     Members
     -------
@@ -59,8 +59,8 @@ class TraversalUnit(wiring.Component):
     ------
     See the blocks. At most ``run_ahead`` + 1 stages are in flight.
 
-    Golden counterpart: `golden.ctu.unit.CellTraversalUnit`, `golden.cast.cluster_casting.ClusterCasting`. Source: Shen
-    1993, section 5.3.4.
+    Golden counterpart: `golden.engine.ctu.unit.CellTraversalUnit`, `golden.engine.cast.cluster_casting.ClusterCasting`.
+    Source: Shen 1993, section 5.3.4.
     """
 
     def __init__(self, *, config: Config, pipelines: int = 1):

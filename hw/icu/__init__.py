@@ -1,1 +1,1 @@
-"""Intersection computation in hardware, block for block as in `golden.icu`."""
+"""Intersection computation in hardware, block for block as in `golden.engine.icu`."""

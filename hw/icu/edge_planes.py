@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import PHASES, IcuFormats
 from hw.lib.fixed import split_limbs, total
 from hw.lib.pipeline import OPERAND, Pipeline
@@ -45,7 +45,7 @@ class EdgePlanes(wiring.Component):
     Latency: ``2 * product_registers + 12 if interval == 1 else product_registers + 3 * interval + 21`` cycles to ``o``
     with an interval of 1, or of 15 and more; ``o_planes`` comes earlier. A patch every four intervals; nothing stalls.
 
-    Golden counterpart: `golden.icu.edge_planes.edge_planes`. Source: Shen 1993, section 5.3.5.
+    Golden counterpart: `golden.engine.icu.edge_planes.edge_planes`. Source: Shen 1993, section 5.3.5.
     """
 
     def __init__(self, *, config: Config, interval: int = 1):

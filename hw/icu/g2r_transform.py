@@ -4,7 +4,7 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import round_shift, split_limbs, total
 from hw.lib.pipeline import OPERAND, Pipeline
@@ -39,7 +39,7 @@ class G2rTransform(wiring.Component):
     ------
     Latency: ``product_registers + 4 + min(18, interval)`` cycles. One vertex per ``interval`` cycles; nothing stalls.
 
-    Golden counterpart: `golden.icu.g2r_transform.g2r_transform`. Source: Shen 1993, section 5.3.5.
+    Golden counterpart: `golden.engine.icu.g2r_transform.g2r_transform`. Source: Shen 1993, section 5.3.5.
     """
 
     def __init__(self, *, config: Config, interval: int = 1):

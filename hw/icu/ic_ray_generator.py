@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.ray_issue import RayIssue
 from hw.icu.window_walk import WindowWalk
@@ -52,7 +52,7 @@ class IcRayGenerator(wiring.Component):
     A window of n rays that may improve in w tiles takes max(n, w) cycles, and one more where its last tile has none of
     them and others have. Stalls nothing behind it.
 
-    Golden counterpart: `golden.icu.window_walk`. Source: Shen 1993, Fig. 5.12.
+    Golden counterpart: `golden.engine.icu.window_walk`. Source: Shen 1993, Fig. 5.12.
     """
 
     def __init__(self, *, config: Config):

@@ -4,7 +4,7 @@ from amaranth.hdl import Shape, signed, unsigned
 from amaranth.lib import enum
 from amaranth.lib.data import ArrayLayout, StructLayout
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.formats import Formats, shape
 from hw.icu.icu_tables import WEIGHT_BITS
 
@@ -18,7 +18,7 @@ class TableKind(enum.Enum, shape=2):
     """The tables of a frustum, all addressed by column or row of the whole frustum.
 
     COLUMN: (cos, sin) of each azimuth, or (x, 0) of each column of a screen. ROW: (sin, cos) of each polar angle, or
-    (y, 0). SLACK: of each row, see `golden.icu.sbb.SphericalWindows.azimuth_slack`. WEIGHT: of each row's rays.
+    (y, 0). SLACK: of each row, see `golden.engine.icu.sbb.SphericalWindows.azimuth_slack`. WEIGHT: of each row's rays.
     """
 
     COLUMN = 0
@@ -89,12 +89,12 @@ class IcuFormats(Formats):
 
     @property
     def planes(self) -> ArrayLayout:
-        """Edge planes in the order of `golden.icu.edge_planes.EDGES`."""
+        """Edge planes in the order of `golden.engine.icu.edge_planes.EDGES`."""
         return ArrayLayout(self.edge_plane_vector, 6)
 
     @property
     def winding(self) -> StructLayout:
-        """The two orientations of a patch, -1, 0 or 1, and whether it is split, see `golden.icu.edge_planes`."""
+        """The two orientations of a patch, -1, 0 or 1, and whether it is split, see `golden.engine.icu.edge_planes`."""
         return StructLayout({"orientation": ArrayLayout(self.orientation, 2), "split": 1})
 
     @property

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.inverse_distance import InverseDistance
 from hw.icu.patch_slots import PatchSlots
@@ -65,7 +65,7 @@ class IntersectionPipeline(wiring.Component):
     ------
     ``latency`` cycles from ``i`` to ``o_payload`` and ``o_done``. One ray per cycle; nothing stalls.
 
-    Golden counterpart: `golden.icu.intersection`. Source: Shen 1993, section 5.3.5.
+    Golden counterpart: `golden.engine.icu.intersection`. Source: Shen 1993, section 5.3.5.
     """
 
     def __init__(self, *, config: Config, update_latency: int):

@@ -7,7 +7,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.ic_ray_generator import IcRayGenerator
 from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.icu.intersection_pipeline import IntersectionPipeline
@@ -90,7 +90,8 @@ class IntersectionUnit(wiring.Component):
     2^``generation_bits`` - 1 frusta of a bank a cycle per ray of the section later, rounded up to a power of two, see
     `RayMemory`. At most ``slots`` patches are in flight.
 
-    Golden counterpart: `golden.cast.naive_fixed.NaiveFixed`, `golden.icu`. Source: Shen 1993, section 5.3.5.
+    Golden counterpart: `golden.engine.cast.naive_fixed.NaiveFixed`, `golden.engine.icu`. Source: Shen 1993, section
+    5.3.5.
     """
 
     def __init__(self, *, config: Config):

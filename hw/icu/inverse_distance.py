@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config, Numbers
+from golden.engine.config import Config, Numbers
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.icu_tables import SMALLEST
 from hw.lib.fixed import normalise, small_product, split_limbs, total
@@ -34,7 +34,7 @@ def encode(pipeline: Pipeline, value: Staged, exponent: Staged, numbers: Numbers
     -------
     `Formats.inverse`; `SMALLEST` for what is not positive or too small, the largest number for what is too large.
 
-    Golden counterpart: `golden.icu.inverse_distance.encode`.
+    Golden counterpart: `golden.engine.icu.inverse_distance.encode`.
     """
     width, fraction = value_bits(numbers), numbers.fraction_bits
     positive = pipeline.combine(lambda value: (value > 0), value)
@@ -81,7 +81,7 @@ class InverseDistance(wiring.Component):
     Latency: ``max(product_registers, 1 + bits(mantissa_bits - 17)) + bits(mantissa_bits + direction_fraction + 1) + 7``
     cycles, ``bits(n)`` those of the number n. One ray per cycle; nothing stalls.
 
-    Golden counterpart: `golden.icu.inverse_distance.inverse_distance`.
+    Golden counterpart: `golden.engine.icu.inverse_distance.inverse_distance`.
     """
 
     def __init__(self, *, config: Config, tag):

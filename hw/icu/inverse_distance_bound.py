@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import PHASES, IcuFormats, TableKind
 from hw.icu.icu_tables import BOUND_BITS, scale
 from hw.icu.inverse_distance import encode, value_bits
@@ -43,7 +43,7 @@ class InverseDistanceBound(wiring.Component):
     Latency: ``2 * product_registers + bits(mantissa_bits + direction_fraction + 1) + 31`` cycles, ``bits(n)`` those of
     the number n. A patch every four cycles; nothing stalls.
 
-    Golden counterpart: `golden.icu.inverse_distance.bound`, `golden.icu.settle_code.settle_threshold`.
+    Golden counterpart: `golden.engine.icu.inverse_distance.bound`, `golden.engine.icu.settle_code.settle_threshold`.
     """
 
     def __init__(self, *, config: Config):

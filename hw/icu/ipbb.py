@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.icu_tables import DIAGONAL, EDGES, linear_error
 from hw.lib.fixed import extreme, shift_left
@@ -41,7 +41,7 @@ class Ipbb(wiring.Component):
     Latency: ``(bits(side_bits) + 1) // 2 + 10`` cycles, ``bits(n)`` those of the number n. A patch per ``interval``
     cycles; nothing stalls.
 
-    Golden counterpart: `golden.icu.ipbb.ImagePlaneWindows`.
+    Golden counterpart: `golden.engine.icu.ipbb.ImagePlaneWindows`.
     """
 
     def __init__(self, *, config: Config, interval: int = 1):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.edge_planes import EdgePlanes
 from hw.icu.g2r_transform import G2rTransform
 from hw.icu.icu_formats import IcuFormats
@@ -65,8 +65,8 @@ class PatchSetup(wiring.Component):
     ``latency`` cycles from the fourth vertex to ``o``. One vertex per cycle, a patch every four cycles; stalls while
     all slots are taken.
 
-    Golden counterpart: `golden.icu.patch_setup.PatchSetup`, `golden.icu.section_clip.section_clip`,
-    `golden.icu.settle_code.settle_threshold`. Source: Shen 1993, section 5.3.5.
+    Golden counterpart: `golden.engine.icu.patch_setup.PatchSetup`, `golden.engine.icu.section_clip.section_clip`,
+    `golden.engine.icu.settle_code.settle_threshold`. Source: Shen 1993, section 5.3.5.
     """
 
     def __init__(self, *, config: Config):

@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.pipeline import Pipeline
 from hw.lib.struct_stream import struct_stream
@@ -40,7 +40,7 @@ class PatchSlots(wiring.Component):
     Latency: ``2`` cycles from ``i`` to ``o``. A part can be read in the cycle after it was written. One read and one
     write of each part per cycle; nothing stalls.
 
-    Golden counterpart: `golden.icu.patch_setup.Patches`.
+    Golden counterpart: `golden.engine.icu.patch_setup.Patches`.
     """
 
     def __init__(self, *, config: Config, tag):

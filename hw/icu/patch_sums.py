@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import WEIGHT_BITS, IcuFormats, TableKind
 from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.queue import Queue
@@ -54,7 +54,7 @@ class PatchSums(wiring.Component):
     after its acceptance, longer if ``o`` stalls; 16 items wait at ``o`` beside the next section's hits. The sums below
     ``patches`` are cleared after reset, one per cycle, and further ones when ``patches`` exceeds them.
 
-    Golden counterpart: `golden.icu.patch_sums.section_sums`.
+    Golden counterpart: `golden.engine.icu.patch_sums.section_sums`.
     """
 
     def __init__(self, *, config: Config):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import PHASES, IcuFormats
 from hw.icu.icu_tables import GUARD, NEAREST_PLANE
 from hw.lib.fixed import normalise, split_limbs, total
@@ -42,7 +42,7 @@ class PlaneFactor(wiring.Component):
     Latency: ``3 * product_registers + 4 * ((mantissa_bits + 5) // 4) + bits(3 * vector_fraction + 7) + 30`` cycles,
     ``bits(n)`` those of the number n. A patch every four cycles; nothing stalls.
 
-    Golden counterpart: `golden.icu.plane_factor.plane_factor`.
+    Golden counterpart: `golden.engine.icu.plane_factor.plane_factor`.
     """
 
     def __init__(self, *, config: Config):

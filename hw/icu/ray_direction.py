@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.lib.fixed import round_shift
 from hw.lib.pipeline import Pipeline, Staged
@@ -68,7 +68,7 @@ class RayDirection(wiring.Component):
     ------
     Latency: ``product_registers + 4`` cycles. One ray per cycle; nothing stalls.
 
-    Golden counterpart: `golden.frustum.FrustumRecord.directions`. Source: Shen 1993, Eq. 3.4.
+    Golden counterpart: `golden.engine.frustum.FrustumRecord.directions`. Source: Shen 1993, Eq. 3.4.
     """
 
     def __init__(self, *, config: Config, tag):

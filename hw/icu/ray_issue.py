@@ -4,7 +4,7 @@ from amaranth.hdl import Cat, Const, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 
 __all__ = ["RayIssue"]
@@ -31,7 +31,7 @@ class RayIssue(wiring.Component):
     ------
     Latency: ``4`` cycles. A mask of n rays takes max(n, 1) cycles, without a gap to the next one; nothing else stalls.
 
-    Golden counterpart: `golden.icu.window_walk.window_rays`.
+    Golden counterpart: `golden.engine.icu.window_walk.window_rays`.
     """
 
     def __init__(self, *, config: Config):

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.generations import Generations
@@ -61,7 +61,7 @@ class RayMemory(wiring.Component):
     cycle; the sweep of the others goes on in cycles without an update or a read. After reset the first bank is swept at
     once, and the other one when the first frustum has begun.
 
-    Golden counterpart: `golden.icu.ray_memory.RayMemory`. Source: Shen 1993, section 5.3.5.
+    Golden counterpart: `golden.engine.icu.ray_memory.RayMemory`. Source: Shen 1993, section 5.3.5.
     """
 
     def __init__(self, *, config: Config, tag):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
@@ -40,7 +40,7 @@ class ReadOut(wiring.Component):
     ------
     Latency: ``9`` cycles to the first hit, of which 7 are the ray memory's. One ray per cycle; stalls with ``o``.
 
-    Golden counterpart: `golden.cast.fixed_hits.read_out`.
+    Golden counterpart: `golden.engine.cast.fixed_hits.read_out`.
     """
 
     def __init__(self, *, config: Config):

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import PHASES, IcuFormats, TableKind
 from hw.icu.icu_tables import DIAGONAL, EDGES, SAGITTA_BITS, sagitta_table, window_errors
 from hw.lib.fixed import extreme, shift_left
@@ -46,7 +46,7 @@ class Sbb(wiring.Component):
     Latency: ``2 * ((bits(side_bits) + 1) // 2) + 24 + 3 * interval`` cycles, ``bits(n)`` those of the number n. A patch
     every four intervals; nothing stalls.
 
-    Golden counterpart: `golden.icu.sbb.SphericalWindows`. Source: Shen 1993, Theorem 3.1 and Eq. 3.5.
+    Golden counterpart: `golden.engine.icu.sbb.SphericalWindows`. Source: Shen 1993, Theorem 3.1 and Eq. 3.5.
     """
 
     def __init__(self, *, config: Config, interval: int = 1):

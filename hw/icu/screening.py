@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import split_limbs, total
 from hw.lib.pipeline import OPERAND, Pipeline
@@ -38,8 +38,8 @@ class Screening(wiring.Component):
     ------
     Latency: ``product_registers + 6`` cycles. One ray per cycle; nothing stalls.
 
-    Golden counterpart: `golden.icu.screening.edge_distances`, `golden.icu.screening.inside`. Source: Shen 1993,
-    section 5.3.5.
+    Golden counterpart: `golden.engine.icu.screening.edge_distances`, `golden.engine.icu.screening.inside`. Source: Shen
+    1993, section 5.3.5.
     """
 
     def __init__(self, *, config: Config, tag):

@@ -4,7 +4,7 @@ from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.pipeline import Pipeline
 from hw.lib.struct_stream import struct_stream
@@ -35,7 +35,7 @@ class SectionClip(wiring.Component):
     ------
     Latency: ``8`` cycles. A window per cycle; nothing stalls.
 
-    Golden counterpart: `golden.icu.section_clip.section_clip`.
+    Golden counterpart: `golden.engine.icu.section_clip.section_clip`.
     """
 
     def __init__(self, *, config: Config, slot=None):

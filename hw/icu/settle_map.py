@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.icu_tables import scale
 from hw.lib.checks import claim, claim_steps, count_entries
@@ -59,7 +59,7 @@ class SettleMap(wiring.Component):
     ``1`` cycle after ``i_start``. Tiles are swept at reset, and every 2^``generation_bits`` - 1 frusta: then it begins
     when those below ``tiles`` have been swept, one per cycle; the others follow in cycles without a write.
 
-    Golden counterpart: `golden.icu.settle_code`.
+    Golden counterpart: `golden.engine.icu.settle_code`.
     """
 
     def __init__(self, *, config: Config, tag):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.icu_tables import GAIN_FRACTION, gain
 from hw.lib.cordic import cordic
@@ -44,8 +44,8 @@ class SphericalCoordinates(wiring.Component):
     Latency: ``2 * cordic_stages + bits(vertex_bits - 1) + (bits(vertex_bits - 1) + 1) // 2 + 11`` cycles, ``bits(n)``
     those of the number n. One vertex per ``interval`` cycles; nothing stalls.
 
-    Golden counterpart: `golden.icu.sbb.SphericalWindows.angles`, `golden.icu.ipbb.ImagePlaneWindows`. Source: Shen
-    1993, section 5.3.5.
+    Golden counterpart: `golden.engine.icu.sbb.SphericalWindows.angles`, `golden.engine.icu.ipbb.ImagePlaneWindows`.
+    Source: Shen 1993, section 5.3.5.
     """
 
     def __init__(self, *, config: Config, interval: int = 1):

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.icu_tables import EDGES
 from hw.lib.fixed import extreme, magnitude, normalise, shift_right, with_sign
@@ -37,7 +37,7 @@ class UvAlignment(wiring.Component):
     Latency: ``bits(2 * vertex_bits + direction_fraction + 2) + (bits(2 * uv_bits + uv_guard + 1) + 1) // 2 + 8``
     cycles, ``bits(n)`` those of the number n. One ray per cycle; nothing stalls.
 
-    Golden counterpart: `golden.icu.uv_subdivision.align`.
+    Golden counterpart: `golden.engine.icu.uv_subdivision.align`.
     """
 
     def __init__(self, *, config: Config, tag):

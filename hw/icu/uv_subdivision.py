@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import add_or_subtract
 from hw.lib.pipeline import Pipeline
@@ -34,7 +34,7 @@ class UvSubdivision(wiring.Component):
     ------
     Latency: ``6 * uv_bits`` cycles: sums, the cut, the half, for each bit. One ray per cycle; nothing stalls.
 
-    Golden counterpart: `golden.icu.uv_subdivision.uv_subdivision`. Source: Shen 1993, section 5.3.5.
+    Golden counterpart: `golden.engine.icu.uv_subdivision.uv_subdivision`. Source: Shen 1993, section 5.3.5.
     """
 
     def __init__(self, *, config: Config, tag):

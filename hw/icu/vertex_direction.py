@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import magnitude, normalise, with_sign
 from hw.lib.pipeline import Pipeline
@@ -37,7 +37,7 @@ class VertexDirection(wiring.Component):
     Latency: ``4 + bits(max(vector_fraction, vertex_bits - 1))`` cycles, ``bits(n)`` those of the number n. One vertex
     per ``interval`` cycles; nothing stalls.
 
-    Golden counterpart: `golden.icu.vertex_direction.vertex_direction`.
+    Golden counterpart: `golden.engine.icu.vertex_direction.vertex_direction`.
     """
 
     def __init__(self, *, config: Config, interval: int = 1):

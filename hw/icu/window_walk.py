@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.lib.fixed import small_product
 from hw.lib.pipeline import Pipeline
@@ -38,7 +38,7 @@ class WindowWalk(wiring.Component):
     Latency: ``bits(side_bits - tile_bits) + 4`` cycles from a window to its first step, ``bits(n)`` those of the number
     n. One step per cycle, also from one window to the next; stalls with ``o``.
 
-    Golden counterpart: `golden.icu.window_walk.window_rays`. Source: Shen 1993, section 5.3.5.
+    Golden counterpart: `golden.engine.icu.window_walk.window_rays`. Source: Shen 1993, section 5.3.5.
     """
 
     def __init__(self, *, config: Config):

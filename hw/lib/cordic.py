@@ -2,8 +2,8 @@
 
 from amaranth.hdl import Array, Const, Mux
 
-from golden.config import Icu
-from golden.cordic import rotations
+from golden.engine.config import Icu
+from golden.engine.lib.cordic import rotations
 from hw.lib.fixed import add_or_subtract
 from hw.lib.pipeline import Pipeline, Staged
 
@@ -33,10 +33,10 @@ def cordic(pipeline: Pipeline, x: Staged, y: Staged, *, linear: Staged, icu: Icu
     Returns
     -------
     Angle (low ``angle_bits`` bits) or quotient (signed, in units of 2^-``cordic_stages``) in `accumulator_bits` bits,
-    and the length times `golden.cordic.gain`. ``cordic_stages + 2`` cycles; where items are far apart, stages share
-    adders (`Pipeline.rounds`).
+    and the length times `golden.engine.lib.cordic.gain`. ``cordic_stages + 2`` cycles; where items are far apart,
+    stages share adders (`Pipeline.rounds`).
 
-    Golden counterpart: `golden.cordic.circular`, `golden.cordic.linear`.
+    Golden counterpart: `golden.engine.lib.cordic.circular`, `golden.engine.lib.cordic.linear`.
     """
     bits, stages = accumulator_bits(icu), icu.cordic_stages
     circular = Array(Const(int(turn), bits) for turn in [*rotations(icu), 0])

@@ -1,4 +1,4 @@
-"""Fixed-point operators, bit for bit those of `golden.fixed`: plain functions of values, and steps of a `Pipeline`."""
+"""Fixed-point operators, bit for bit those of `golden.engine.lib.fixed`: functions of values, steps of a `Pipeline`."""
 
 from collections.abc import Sequence
 from itertools import pairwise

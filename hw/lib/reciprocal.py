@@ -34,7 +34,7 @@ class Reciprocal(wiring.Component):
     ------
     Latency: ``4 * ((width + 3) // 4)`` cycles. An item every four cycles; nothing stalls.
 
-    Golden counterpart: `golden.icu.reciprocal.reciprocal`.
+    Golden counterpart: `golden.engine.icu.reciprocal.reciprocal`.
     """
 
     def __init__(self, *, width: int, tag):

@@ -7,27 +7,27 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.formats import Formats
 from hw.lib.arbiter import Arbiter
 from hw.lib.checks import claim
 from hw.lib.first_fault import FirstFault
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
-from hw.memsys.cell_table import CellTable
-from hw.memsys.filter import Filter
-from hw.memsys.local_bus_interface import LocalBusInterface
-from hw.memsys.local_patch_geometry import LocalPatchGeometry
-from hw.memsys.patch_merge import PatchMerge
-from hw.memsys.patch_store import PatchStore
-from hw.memsys.patch_table import PatchTable
-from hw.memsys.patch_type_memory import PatchTypeMemory
-from hw.memsys.path_fault import PathFault
-from hw.memsys.path_formats import PathFormats
-from hw.memsys.timeout import Timeout
-from hw.memsys.vertex_merge import VertexMerge
-from hw.memsys.void_check import VoidCheck
-from hw.memsys.work_count import WorkCount
+from hw.memsys.patches.cell_table import CellTable
+from hw.memsys.patches.filter import Filter
+from hw.memsys.patches.local_bus_interface import LocalBusInterface
+from hw.memsys.patches.local_patch_geometry import LocalPatchGeometry
+from hw.memsys.patches.patch_merge import PatchMerge
+from hw.memsys.patches.patch_store import PatchStore
+from hw.memsys.patches.patch_table import PatchTable
+from hw.memsys.patches.patch_type_memory import PatchTypeMemory
+from hw.memsys.patches.path_fault import PathFault
+from hw.memsys.patches.path_formats import PathFormats
+from hw.memsys.patches.vertex_merge import VertexMerge
+from hw.memsys.patches.void_check import VoidCheck
+from hw.memsys.patches.work_count import WorkCount
+from hw.memsys.port.timeout import Timeout
 
 __all__ = ["COUNTERS", "MemorySystem"]
 
@@ -124,7 +124,7 @@ class MemorySystem(wiring.Component):
     entry of a list and one vertex per cycle; stalls with ``o_vertex`` and with its replies. Patches that others hold
     take what `PatchStore` states, if there is one.
 
-    Golden counterpart: `golden.memsys`. Source: Shen 1993, section 5.3.6.
+    Golden counterpart: `golden.engine.memsys`. Source: Shen 1993, section 5.3.6.
     """
 
     latency = 35

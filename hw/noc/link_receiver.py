@@ -34,7 +34,7 @@ class LinkReceiver(wiring.Component):
     ------
     Latency: ``1`` cycle. One flit per cycle.
 
-    Golden counterpart: the sinks of `golden.noc.network.Network`.
+    Golden counterpart: the sinks of `golden.engine.noc.network.Network`.
     """
 
     def __init__(self, *, bits: int, channels: int, messages: int, depth: int):

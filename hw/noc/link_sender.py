@@ -40,7 +40,7 @@ class LinkSender(wiring.Component):
     ------
     Latency: ``1`` cycle. One flit per cycle.
 
-    Golden counterpart: the sources of `golden.noc.network.Network`.
+    Golden counterpart: the sources of `golden.engine.noc.network.Network`.
     """
 
     def __init__(self, *, bits: int, entry: list[int], channels: int, messages: int, depth: int):

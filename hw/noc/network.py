@@ -46,7 +46,7 @@ class Network(wiring.Component):
     ValueError
         As `Router`.
 
-    Golden counterpart: `golden.noc.network`. Source: Shen 1993, section 5.2.3.
+    Golden counterpart: `golden.engine.noc.network`. Source: Shen 1993, section 5.2.3.
     """
 
     def __init__(self, *, routing: Routing, bits: int, depth: int, messages: int = 1,

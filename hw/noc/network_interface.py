@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.formats import Formats
 from hw.lib.credit_gate import CreditGate
 from hw.lib.queue import Queue
@@ -78,7 +78,7 @@ class NetworkInterface(wiring.Component):
     ValueError
         The network has no such node.
 
-    Golden counterpart: `golden.noc.packing`. Source: Shen 1993, section 5.2.3.
+    Golden counterpart: `golden.engine.noc.packing`. Source: Shen 1993, section 5.2.3.
     """
 
     def __init__(self, *, config: Config, routing: Routing, node: int):

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.noc_tables import CHECK_BITS, route
 

@@ -41,7 +41,7 @@ class Packer(wiring.Component):
     ------
     Latency: ``0`` cycles. One flit per cycle; stalls with ``o``.
 
-    Golden counterpart: `golden.noc.packing.pack_flits`.
+    Golden counterpart: `golden.engine.noc.packing.pack_flits`.
     """
 
     def __init__(self, header, body, *, bodies: int, bits: int, method: str):

@@ -2,7 +2,7 @@
 
 from amaranth.lib.data import StructLayout
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.formats import Formats
 
 __all__ = ["packet_headers"]

@@ -4,7 +4,7 @@ from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.noc.network import Network
 from hw.noc.network_interface import NetworkInterface, interface_members
 from hw.noc.network_parameters import network_parameters

@@ -64,7 +64,7 @@ class Router(wiring.Component):
     ValueError
         Depth, messages, cycles, bits or node are out of range.
 
-    Golden counterpart: `golden.noc.router`. Source: Shen 1993, section 5.2.3.
+    Golden counterpart: `golden.engine.noc.router`. Source: Shen 1993, section 5.2.3.
     """
 
     def __init__(self, *, routing: Routing, node: int | None, bits: int, depth: int, messages: int = 1,

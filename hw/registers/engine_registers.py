@@ -1,6 +1,6 @@
 """The engine's registers, version 3: a queue of descriptors."""
 
-from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.bus.cache_policy import CachePolicy
 from hw.registers.error_code import CODE_BITS
 from hw.registers.register import Access, Field, Register
 

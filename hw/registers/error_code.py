@@ -3,8 +3,8 @@
 from amaranth.lib import enum
 
 from hw.ctu.subshell_generator import ListError
-from hw.memsys.fault import Fault
-from hw.memsys.path_fault import PathFault
+from hw.memsys.patches.path_fault import PathFault
+from hw.memsys.port.fault import Fault
 from hw.noc.network_fault import NetworkFault
 
 __all__ = ["ABOUT", "CODE_BITS", "ENGINE", "LIST", "NETWORK", "PATH", "ErrorCode", "error_table"]

@@ -1,8 +1,8 @@
 """Single rays."""
 
+from golden.base.errors import InputError
 from golden.cast.methods import RAY_METHODS, ray_caster
 from golden.cast.rays import Hits, Rays
-from golden.errors import InputError
 from golden.scene.scene import Scene
 
 __all__ = ["cast"]

@@ -4,10 +4,10 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from golden.config import PRESETS
-from golden.errors import InputError
-from hw.package.core_files import write_core
-from hw.package.tops import TOPS
+from golden.base.errors import InputError
+from golden.engine.config import PRESETS
+from radiosity.flow.package.core_files import write_core
+from radiosity.flow.package.tops import TOPS
 
 __all__ = ["export_verilog"]
 
@@ -24,7 +24,7 @@ def export_verilog(folder: str | os.PathLike[str], *, top: str = "engine", prese
     folder
         Where files go; it is made.
     top
-        engine, async_engine, cluster, icu, ctu, router and others of `hw.package.tops.TOPS`.
+        engine, async_engine, cluster, icu, ctu, router and others of `radiosity.flow.package.tops.TOPS`.
     preset, parameters
         The configuration: a preset, and values of parameters by path, such as ``{"icu.rays": 4096}``.
     period

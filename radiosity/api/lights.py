@@ -4,7 +4,7 @@ import os
 from datetime import datetime
 from pathlib import Path
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.photometry.quantities import EFFICACY
 from golden.scene.luminaires.luminaire import Luminaire
 from golden.scene.scene import Scene

@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping
 
-from golden.commands.choices import TOPOLOGIES
-from golden.config import PRESETS
-from golden.errors import InputError
+from golden.base.errors import InputError
+from golden.engine.config import PRESETS
+from golden.engine.frustum.frustum_choice import FrustumChoice
 from golden.scene.scene import Scene
-from golden.tasks.cast import FrustumChoice
-from hw.commands.choices import POLICIES
-from hw.simulator.simulation_config import overridden, simulation_config
-from radiosity.machine_cast import CastOptions, MachineCast, MachineCastResult
-from radiosity.simulated_machines import check_clusters, opened_machine
+from radiosity.cli.golden.choices import TOPOLOGIES
+from radiosity.cli.hw.choices import POLICIES
+from radiosity.flow.simulator.simulated_machines import check_clusters, opened_machine
+from radiosity.flow.simulator.simulation_config import overridden, simulation_config
+from radiosity.tasks.machine_cast import CastOptions, MachineCast, MachineCastResult
 
 __all__ = ["machine"]
 

@@ -1,13 +1,13 @@
 """Pictures."""
 
-from golden.errors import InputError
+from golden.base.errors import InputError
+from golden.cast.default_camera import default_camera
 from golden.light.photometry.sensors import Sensors
 from golden.light.preview import Preview
-from golden.light.two_pass import RenderResult, RenderSettings
-from golden.light.two_pass import render as render_by
+from golden.render.two_pass import RenderResult, RenderSettings
+from golden.render.two_pass import render as render_by
 from golden.scene.camera import Camera
 from golden.scene.scene import Scene
-from golden.scene.view import default_camera
 
 __all__ = ["render"]
 
@@ -36,7 +36,7 @@ def render(scene: Scene, *, camera: Camera | None = None, size: tuple[int, int] 
     progress
         Shows progress bars for steps of more than two seconds.
     settings
-        Others of `golden.light.two_pass.RenderSettings`: ``samples``, ``light_samples``, ``noise``, ``depth``,
+        Others of `golden.render.two_pass.RenderSettings`: ``samples``, ``light_samples``, ``noise``, ``depth``,
         ``rays``, ``elements``, ``max_edge``, ``max_area``, ``solver``, ``shooting``, ``method``, ``cell``.
 
     Returns

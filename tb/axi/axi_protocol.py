@@ -2,9 +2,9 @@
 
 from types import SimpleNamespace
 
-from golden.config import Config
-from hw.memsys.axi_signature import AxiSignature
-from hw.memsys.memory_formats import MemoryFormats
+from golden.engine.config import Config
+from hw.memsys.port.axi_signature import AxiSignature
+from hw.memsys.port.memory_formats import MemoryFormats
 from tb.axi.channels import Operators, channel_rules, channel_state, no
 
 __all__ = ["AxiProtocol"]

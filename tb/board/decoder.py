@@ -5,17 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.cast.fixed_hits import FixedHits
-from golden.errors import InputError
-from golden.image import label_colours
-from golden.jobs.completion import parse_completions
-from golden.jobs.descriptor import Kind, parse_descriptors
-from golden.jobs.result_formats import HitFormat, unpack_hits
-from golden.memory_map import MAGIC
+from golden.base.errors import InputError
+from golden.engine.cast.fixed_hits import FixedHits
+from golden.engine.jobs.completion import parse_completions
+from golden.engine.jobs.descriptor import Kind, parse_descriptors
+from golden.engine.jobs.result_formats import HitFormat, unpack_hits
+from golden.engine.memory_map import MAGIC
+from golden.light.image import label_colours
 from hw.board.frame import CHECK_BYTES, HEADER_BYTES, FrameKind, header
-from hw.host import EngineError
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import WORD_BYTES
+from radiosity.flow.host import EngineError
 
 __all__ = ["Cast", "Frame", "encode", "frames", "hit_picture", "results"]
 
@@ -42,7 +42,7 @@ class Cast:
     hits
         Their hits.
     completions
-        The records of `golden.jobs.completion.COMPLETION` of all descriptors.
+        The records of `golden.engine.jobs.completion.COMPLETION` of all descriptors.
     cycles
         From the beginning of the first section to the end of the last one.
     """

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import click
 
-from golden.errors import InputError
-from golden.image import write_png
-from hw.host import EngineError
+from golden.base.errors import InputError
+from golden.light.image import write_png
+from radiosity.flow.host import EngineError
 from tb.board.decoder import frames, hit_picture, results
 
 __all__ = ["main"]

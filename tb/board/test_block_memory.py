@@ -7,7 +7,7 @@ import pytest
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from hw.board.block_memory import DECERR, OKAY, BlockMemory
-from hw.synthesis.flow import synthesise
+from radiosity.flow.synthesis.flow import synthesise
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known

@@ -10,23 +10,23 @@ from amaranth.hdl import ClockDomain, Elaboratable, Fragment, Module
 from cocotb.triggers import ClockCycles, FallingEdge
 from PIL import Image
 
-from golden.cast.naive_fixed import NaiveFixed
-from golden.config import PRESETS
-from golden.image import write_png
-from golden.jobs.completion import NO_CLUSTER, patch_sources
-from golden.jobs.result_formats import HitFormat, pack_hits
+from golden.engine.cast.naive_fixed import NaiveFixed
+from golden.engine.config import PRESETS
+from golden.engine.jobs.completion import NO_CLUSTER, patch_sources
+from golden.engine.jobs.result_formats import HitFormat, pack_hits
+from golden.light.image import write_png
 from hw.board.board_shell import BoardShell
 from hw.board.frame import FrameKind
 from hw.board.program import Operation, Step
-from hw.board.record import record
-from hw.board.view import board_view
 from hw.cluster import Cluster
 from hw.engine import CLUSTER
-from hw.export import verilog_of
-from hw.host import EngineError
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
+from radiosity.flow.board.record import record
+from radiosity.flow.board.view import board_view
+from radiosity.flow.host import EngineError
+from radiosity.flow.verilog.export import verilog_of
 from tb.board.decoder import frames, hit_picture, results
 from tb.board.serial_line import SerialLine
 from tb.lib.clocking import start

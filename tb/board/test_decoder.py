@@ -10,13 +10,13 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from golden.errors import InputError
-from golden.jobs.completion import COMPLETION
-from golden.jobs.descriptor import DESCRIPTOR, load_descriptor
-from golden.jobs.result_formats import FULL_HIT, HitFormat
+from golden.base.errors import InputError
+from golden.engine.jobs.completion import COMPLETION
+from golden.engine.jobs.descriptor import DESCRIPTOR, load_descriptor
+from golden.engine.jobs.result_formats import FULL_HIT, HitFormat
 from hw.board.frame import FrameKind, header
-from hw.host import EngineError
 from hw.registers.error_code import ErrorCode
+from radiosity.flow.host import EngineError
 from tb.board.decoder import Frame, encode, frames, hit_picture, results
 from tb.board.picture import main
 

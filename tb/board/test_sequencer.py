@@ -7,18 +7,18 @@ import zlib
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import PRESETS
-from golden.errors import InputError
-from golden.jobs.completion import COMPLETION
-from golden.memory_map import MAGIC as IMAGE_MAGIC
+from golden.base.errors import InputError
+from golden.engine.config import PRESETS
+from golden.engine.jobs.completion import COMPLETION
+from golden.engine.memory_map import MAGIC as IMAGE_MAGIC
 from hw.board.frame import FrameKind, header
 from hw.board.program import Operation, Program, Step
-from hw.board.record import record
 from hw.board.sequencer import Sequencer
-from hw.board.view import board_view
 from hw.registers.engine_registers import ENGINE_REGISTERS, MAGIC, VERSION, register
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
+from radiosity.flow.board.record import record
+from radiosity.flow.board.view import board_view
 from tb.board.decoder import Frame, frames
 
 # One cluster of it, as the command makes by default.

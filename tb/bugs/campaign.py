@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from tb.bugs.drawing import PACKAGES, Bug, candidates, strata
 from tb.bugs.nearness import change_detectors, commit_marks, folder_tests, near_tests, simulated, simulator_marks
 from tb.bugs.tree import Tree

@@ -2,7 +2,7 @@
 
 import sys
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from tb.docs.contents import makers
 from tb.docs.structure import structures
 

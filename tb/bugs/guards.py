@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from tb.bugs.rules import Change
 from tb.bugs.source import Source
 

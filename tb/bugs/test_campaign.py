@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import tb.bugs.tree
-from golden.errors import InputError
+from golden.base.errors import InputError
 from tb.bugs.campaign import Campaign
 from tb.bugs.drawing import LEAST, candidates, strata
 from tb.bugs.nearness import change_detectors, commit_marks, folder_tests, near_tests, simulated, simulator_marks

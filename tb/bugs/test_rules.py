@@ -139,7 +139,7 @@ class Unit(wiring.Component):
 
 def outputs(text):
     """Outputs of twenty cycles of drawn inputs."""
-    from golden.config import PRESETS
+    from golden.engine.config import PRESETS
     names = {}
     exec(text, names)
     unit, found, draw = names["Unit"](config=PRESETS["small"]), [], random.Random(1)

@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from tb.bugs.drawing import Bug
 from tb.bugs.guards import LARGE, SMALL
 

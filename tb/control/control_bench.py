@@ -4,7 +4,7 @@ from amaranth.hdl import Cat, Module, Shape, Signal, Value
 from amaranth.lib.wiring import In
 from amaranth.sim import Simulator
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.control.job_control import JobControl
 from hw.lib.payload import pack, unpack
 from hw.registers.engine_registers import register

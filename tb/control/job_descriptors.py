@@ -4,8 +4,8 @@ import random
 
 import numpy as np
 
-from golden.config import Config
-from golden.jobs.descriptor import ANY_CLUSTER, DESCRIPTOR, NEAR_ALIGNMENT, VERSION, Kind
+from golden.engine.config import Config
+from golden.engine.jobs.descriptor import ANY_CLUSTER, DESCRIPTOR, NEAR_ALIGNMENT, VERSION, Kind
 
 __all__ = ["WIDTHS", "byte_at", "changed", "descriptor", "near_words", "words_of"]
 

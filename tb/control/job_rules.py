@@ -2,10 +2,10 @@
 
 from collections import deque
 
-from golden.jobs.completion import NO_CLUSTER
-from golden.jobs.descriptor import DESCRIPTOR
-from golden.jobs.load_regions import LOADED_REGIONS
-from golden.memory_map import REGIONS
+from golden.engine.jobs.completion import NO_CLUSTER
+from golden.engine.jobs.descriptor import DESCRIPTOR
+from golden.engine.jobs.load_regions import LOADED_REGIONS
+from golden.engine.memory_map import REGIONS
 from hw.registers.error_code import NETWORK, ErrorCode
 from tb.control.job_units import COPIES
 

@@ -4,8 +4,8 @@ import random
 from collections import deque
 from dataclasses import dataclass, field
 
-from golden.jobs.completion import NO_CLUSTER
-from golden.jobs.load_regions import LOADED_REGIONS
+from golden.engine.jobs.completion import NO_CLUSTER
+from golden.engine.jobs.load_regions import LOADED_REGIONS
 from hw.control.job_formats import IN_FLIGHT
 from hw.noc.network_fault import NetworkFault
 from hw.registers.error_code import ErrorCode

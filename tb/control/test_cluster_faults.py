@@ -1,6 +1,6 @@
 from hw.control.cluster_faults import ClusterFaults
 from hw.ctu.subshell_generator import ListError
-from hw.memsys.path_fault import PathFault
+from hw.memsys.patches.path_fault import PathFault
 from hw.registers.error_code import ErrorCode
 from tb.lib.bench import Bench
 

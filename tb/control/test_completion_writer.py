@@ -7,8 +7,8 @@ import pytest
 from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
-from golden.config import PRESETS
-from golden.jobs.completion import COMPLETION, NO_CLUSTER, has_arrived, lap, parse_completions
+from golden.engine.config import PRESETS
+from golden.engine.jobs.completion import COMPLETION, NO_CLUSTER, has_arrived, lap, parse_completions
 from hw.control.completion_writer import RECORDS, CompletionWriter
 from hw.control.job_formats import COMPLETION_WORDS
 from hw.lib.payload import pack, unpack

@@ -2,8 +2,8 @@ import random
 
 import pytest
 
-from golden.config import PRESETS
-from golden.jobs.descriptor import DESCRIPTOR
+from golden.engine.config import PRESETS
+from golden.engine.jobs.descriptor import DESCRIPTOR
 from hw.control.descriptor_fetch import DESCRIPTORS, DescriptorFetch
 from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX
 from tb.control.job_descriptors import WIDTHS, byte_at, descriptor, near_words, words_of

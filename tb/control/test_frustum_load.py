@@ -5,20 +5,22 @@ import random
 import numpy as np
 import pytest
 
-from golden.config import PRESETS
-from golden.frustum import Hemisphere, Screen, screen_record
-from golden.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, WEIGHT_BITS, phase_image
+from golden.cast.hemisphere import Hemisphere
+from golden.cast.screen import Screen
+from golden.engine.config import PRESETS
+from golden.engine.frustum import screen_record
+from golden.engine.memory_map import GRID_RAY_BITS, GRID_SHAPE_BITS, WEIGHT_BITS, phase_image
+from golden.engine.schedule.phase import schedule
 from golden.scene.open import open_scene
-from golden.schedule.phase import schedule
 from hw.control.frustum_load import FrustumLoad
 from hw.ctu.ctu_formats import CtuFormats
 from hw.icu.icu_formats import IcuFormats, TableKind
 from hw.lib.payload import pack, unpack
-from hw.memsys.image_layout import RegionNumber, halves
-from hw.package.example.frustum_load import table_writes
-from hw.package.example.grid_load import unit_writes
-from hw.package.example.image_words import words
-from tb.golden.schedule.scenes import Case, case
+from hw.memsys.load.image_layout import RegionNumber, halves
+from radiosity.flow.package.example.frustum_load import table_writes
+from radiosity.flow.package.example.grid_load import unit_writes
+from radiosity.flow.package.example.image_words import words
+from tb.golden.engine.schedule.scenes import Case, case
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 

@@ -4,7 +4,7 @@ import pytest
 from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.control.frustum_slot import FrustumSlot
 from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX
 from hw.lib.payload import pack, unpack

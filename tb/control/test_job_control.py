@@ -8,8 +8,8 @@ from itertools import combinations
 
 import pytest
 
-from golden.config import PRESETS
-from golden.jobs.completion import NO_CLUSTER
+from golden.engine.config import PRESETS
+from golden.engine.jobs.completion import NO_CLUSTER
 from hw.control.job_control import JobControl
 from hw.noc.network_fault import NetworkFault
 from hw.registers.error_code import ErrorCode

@@ -5,9 +5,9 @@ import pytest
 from amaranth.hdl import Value
 from amaranth.sim import Simulator
 
-from golden.config import PRESETS
-from golden.jobs.completion import NO_CLUSTER
-from golden.jobs.descriptor import ANY_CLUSTER, RULES, check_descriptor
+from golden.engine.config import PRESETS
+from golden.engine.jobs.completion import NO_CLUSTER
+from golden.engine.jobs.descriptor import ANY_CLUSTER, RULES, check_descriptor
 from hw.control.job_dispatch import JobDispatch
 from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, JobFormats, byte_of
 from hw.lib.payload import pack, unpack

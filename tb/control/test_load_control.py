@@ -3,12 +3,12 @@
 import random
 from itertools import chain, repeat
 
-from golden.config import PRESETS
-from golden.memory_map import REGIONS
+from golden.engine.config import PRESETS
+from golden.engine.memory_map import REGIONS
 from hw.control.load_control import ALL, LoadControl
-from hw.memsys.fault import Fault
-from hw.memsys.image_layout import RegionNumber
-from hw.memsys.preload_dma import OWN
+from hw.memsys.load.image_layout import RegionNumber
+from hw.memsys.load.preload_dma import OWN
+from hw.memsys.port.fault import Fault
 from tb.lib.bench import Bench, Vectors
 from tb.lib.responder import Responder, responder
 from tb.lib.schedules import Schedule, ScheduleBench

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from golden.jobs.completion import COMPLETION
+from golden.engine.jobs.completion import COMPLETION
 from hw.control.section_results import COUNTS, SectionResults
 from hw.lib.payload import unpack
-from hw.memsys.fault import Fault
-from hw.memsys.result_formats import HitFormat
+from hw.memsys.port.fault import Fault
+from hw.memsys.results.result_formats import HitFormat
 from hw.registers.error_code import ErrorCode
 from tb.lib.bench import Bench
 from tb.lib.runner import IN_A_COMMIT

@@ -8,7 +8,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
-from hw.export import verilog_of
+from radiosity.flow.verilog.export import verilog_of
 from tb.coverage import toggles
 from tb.coverage.arms import MARK
 from tb.coverage.reported import reported

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from golden.config import Config
-from golden.ctu.cell_traversal import NEVER, POSITION_FRACTION
-from golden.ctu.grid_rays import FRACTION
-from golden.stimulus.ctu.cell_traversal import BLOCK
+from golden.engine.config import Config
+from golden.engine.ctu.cell_traversal import NEVER, POSITION_FRACTION
+from golden.engine.ctu.grid_rays import FRACTION
+from golden.engine.stimulus.ctu.cell_traversal import BLOCK
 from tb.lib.vectors import Vectors
 
 __all__ = ["ONE", "RAYS", "long_rays", "rays"]

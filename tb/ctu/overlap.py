@@ -14,10 +14,10 @@ import cocotb
 from cocotb.triggers import ClockCycles
 from cocotb.utils import get_sim_time
 
-from golden.stimulus.ctu.records import traversal_record
+from benchmarks.report import provenance
+from benchmarks.traversal import INTERSECTION, MEMORY, SCENES
+from golden.engine.stimulus.ctu.records import traversal_record
 from hw.ctu.ray_traversal import RayTraversal
-from radiosity.benchmarks.report import provenance
-from radiosity.benchmarks.traversal import INTERSECTION, MEMORY, SCENES
 from tb.ctu.traversal_bench import FINAL, ClusterPart, Intersection, Surroundings
 from tb.lib.clocking import PERIOD, start
 from tb.lib.configurations import config_of

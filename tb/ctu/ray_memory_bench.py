@@ -11,8 +11,8 @@ from amaranth.hdl import Value
 from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.config import PRESETS
-from golden.stimulus import block
+from golden.engine.config import PRESETS
+from golden.engine.stimulus import block
 from hw.lib.payload import unpack
 from tb.lib.clocking import start
 from tb.lib.coverage import Coverage

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from golden.ctu.settle_pyramid import SettlePyramid
-from golden.ctu.survival import survivors_by_code
+from golden.engine.ctu.settle_pyramid import SettlePyramid
+from golden.engine.ctu.survival import survivors_by_code
 from hw.ctu.stage_count import NEAR_STAGE
 from hw.lib.payload import unpack
 from tb.ctu.traversal_bench import STAGES, SWEEP, Surroundings

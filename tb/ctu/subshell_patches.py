@@ -2,17 +2,17 @@
 
 import numpy as np
 
-from golden.config import Config
-from golden.ctu.sector import Sector
-from golden.frustum import FrustumRecord
-from golden.icu.edge_planes import edge_planes
-from golden.icu.g2r_transform import g2r_transform
-from golden.icu.ipbb import ImagePlaneWindows
-from golden.icu.sbb import SphericalWindows
-from golden.icu.vertex_direction import vertex_direction
-from golden.stimulus.frusta import SOURCE, random_hemisphere, random_screen
-from golden.stimulus.patches import scene_patches
-from hw.package.example.frustum_load import frustum_payload, table_writes
+from golden.engine.config import Config
+from golden.engine.ctu.sector import Sector
+from golden.engine.frustum import FrustumRecord
+from golden.engine.icu.edge_planes import edge_planes
+from golden.engine.icu.g2r_transform import g2r_transform
+from golden.engine.icu.ipbb import ImagePlaneWindows
+from golden.engine.icu.sbb import SphericalWindows
+from golden.engine.icu.vertex_direction import vertex_direction
+from golden.engine.stimulus.frusta import SOURCE, random_hemisphere, random_screen
+from golden.engine.stimulus.patches import scene_patches
+from radiosity.flow.package.example.frustum_load import frustum_payload, table_writes
 from tb.icu.vectors import WINDOW
 
 __all__ = ["CASES", "FRUSTA", "SubshellPatches"]

@@ -18,7 +18,7 @@ class TestCellNumber(Bench):
 
 
 def of_grid(shape, config):
-    """The first cell, the last one, and others; golden's number is `golden.memsys.cell_table.CellTable.number`."""
+    """The first cell, the last one, and others; golden's number is `CellTable.number`."""
     random = np.random.default_rng(1)
     index = random.integers(shape, size=(COUNT, 3))
     index[0], index[1] = 0, np.array(shape) - 1

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles
 
-from golden.ctu.cell_traversal import INDEX_BITS
-from golden.ctu.grid_rays import FRACTION
-from golden.ctu.unit import global_directions
-from golden.stimulus.ctu.cell_traversal import BLOCK
-from golden.stimulus.ctu.records import traversal_record
+from golden.engine.ctu.cell_traversal import INDEX_BITS
+from golden.engine.ctu.grid_rays import FRACTION
+from golden.engine.ctu.unit import global_directions
+from golden.engine.stimulus.ctu.cell_traversal import BLOCK
+from golden.engine.stimulus.ctu.records import traversal_record
 from hw.ctu.cell_traversal import CellTraversal
 from tb.ctu.cell_rays import ONE, RAYS, long_rays, rays
 from tb.ctu.traversal_bench import ClusterPart

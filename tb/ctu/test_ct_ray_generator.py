@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from golden.stimulus.ctu.records import traversal_record
+from golden.engine.stimulus.ctu.records import traversal_record
 from hw.ctu.ct_ray_generator import CtRayGenerator
 from hw.ctu.ctu_formats import GRID_GROUP
 from tb.ctu.window_stages import CASES, SECTORS, RecordStages, WindowStages

@@ -2,12 +2,12 @@ from functools import partial
 
 import numpy as np
 
-from golden.ctu.grid_rays import FRACTION
-from golden.ctu.unit import global_directions
-from golden.fixed import round_shift
-from golden.stimulus.ctu.grid_rays import draw_rays
-from golden.stimulus.ctu.grids import shells
-from golden.stimulus.frusta import random_hemisphere, random_screen
+from golden.engine.ctu.grid_rays import FRACTION
+from golden.engine.ctu.unit import global_directions
+from golden.engine.lib.fixed import round_shift
+from golden.engine.stimulus.ctu.grid_rays import draw_rays
+from golden.engine.stimulus.ctu.grids import shells
+from golden.engine.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.grid_direction import GridDirection
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import CONFIGURATIONS, DEPTHS

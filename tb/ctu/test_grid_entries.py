@@ -2,11 +2,11 @@ from functools import partial
 
 import numpy as np
 
-from golden.stimulus.ctu.grids import shells
-from golden.stimulus.frusta import random_hemisphere, random_screen
+from golden.engine.stimulus.ctu.grids import shells
+from golden.engine.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.grid_entries import GridEntries
-from hw.package.example.grid_load import GridAddresses, grid_writes
+from radiosity.flow.package.example.grid_load import GridAddresses, grid_writes
 from tb.lib.bench import Bench, Vectors
 
 RAYS, SHELLS = 400, range(2, 16)

@@ -3,13 +3,13 @@ from functools import partial
 
 import numpy as np
 
-from golden.ctu.grid_rays import INDEX_FRACTION
-from golden.stimulus.ctu.grid_rays import draw_rays
-from golden.stimulus.ctu.grids import shells
-from golden.stimulus.frusta import random_hemisphere, random_screen
+from golden.engine.ctu.grid_rays import INDEX_FRACTION
+from golden.engine.stimulus.ctu.grid_rays import draw_rays
+from golden.engine.stimulus.ctu.grids import shells
+from golden.engine.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.near_window import NearWindow
-from hw.package.example.grid_load import GridAddresses, grid_writes
+from radiosity.flow.package.example.grid_load import GridAddresses, grid_writes
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.position_search import PositionSearch
 from tb.lib.bench import Bench, Vectors

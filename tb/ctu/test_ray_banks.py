@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles
 
-from golden.config import PRESETS
-from golden.stimulus.ctu.ray_memory import SLOTS
+from golden.engine.config import PRESETS
+from golden.engine.stimulus.ctu.ray_memory import SLOTS
 from hw.ctu.ray_banks import RayBanks
 from tb.ctu.ray_memory_bench import Rays, play, request
 from tb.lib.clocking import start

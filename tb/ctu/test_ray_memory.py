@@ -3,8 +3,8 @@ import pytest
 from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles
 
-from golden.config import PRESETS
-from golden.stimulus.ctu.ray_memory import SLOTS
+from golden.engine.config import PRESETS
+from golden.engine.stimulus.ctu.ray_memory import SLOTS
 from hw.ctu.ray_memory import RayMemory
 from tb.ctu.ray_memory_bench import Rays, check_rate, play, request
 from tb.lib.clocking import start

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles
 
-from golden.cast.fixed_hits import read_out
-from golden.cast.shelling import Shelling, ShellingCounts
-from golden.ctu.sector import Sector
-from golden.icu.ray_memory import RayMemory
-from golden.stimulus.ctu.records import CELLS, SCENES, traversal_record
+from golden.engine.cast.fixed_hits import read_out
+from golden.engine.cast.shelling import Shelling, ShellingCounts
+from golden.engine.ctu.sector import Sector
+from golden.engine.icu.ray_memory import RayMemory
+from golden.engine.stimulus.ctu.records import CELLS, SCENES, traversal_record
 from hw.ctu.ray_traversal import RayTraversal
 from hw.ctu.stage_count import NEAR_STAGE
 from tb.ctu.stage_cells import StageCells, in_order

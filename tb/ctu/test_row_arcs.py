@@ -2,9 +2,9 @@
 
 from functools import partial
 
-from golden.ctu.sector import sector_rays
+from golden.engine.ctu.sector import sector_rays
 from hw.ctu.row_arcs import RowArcs
-from hw.package.example.grid_load import GridAddresses
+from radiosity.flow.package.example.grid_load import GridAddresses
 from tb.ctu.window_stages import SECTORS, WindowStages
 from tb.lib.bench import Bench, Vectors
 

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from golden.ctu.sector import Sector, sector_rays
-from golden.stimulus.ctu.grids import shells
-from golden.stimulus.frusta import random_hemisphere
+from golden.engine.ctu.sector import Sector, sector_rays
+from golden.engine.stimulus.ctu.grids import shells
+from golden.engine.stimulus.frusta import random_hemisphere
 from hw.ctu.position_search import PositionSearch
 from hw.ctu.row_pieces import RowPieces
 from tb.ctu.window_stages import WindowStages

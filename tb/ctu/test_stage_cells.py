@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from golden.stimulus.ctu.records import traversal_record
+from golden.engine.stimulus.ctu.records import traversal_record
 from hw.ctu.stage_count import NEAR_STAGE
 from tb.ctu.stage_cells import StageCells
 from tb.ctu.traversal_bench import SWEEP, ClusterPart

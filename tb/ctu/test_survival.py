@@ -7,15 +7,15 @@ import pytest
 from amaranth.lib.data import StructLayout
 from amaranth.sim import Simulator
 
-from golden.ctu.sector import Sector
-from golden.ctu.settle_pyramid import SettlePyramid
-from golden.ctu.survival import survivors_by_code
-from golden.stimulus.ctu.grids import shells
-from golden.stimulus.frusta import random_hemisphere, random_screen
+from golden.engine.ctu.sector import Sector
+from golden.engine.ctu.settle_pyramid import SettlePyramid
+from golden.engine.ctu.survival import survivors_by_code
+from golden.engine.stimulus.ctu.grids import shells
+from golden.engine.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.ctu_formats import GRID_GROUP, CtuFormats
 from hw.ctu.survival import Survival
-from hw.package.example.frustum_load import frustum_payload, tiles
-from hw.package.example.grid_load import GridAddresses, grid_writes, grouped
+from radiosity.flow.package.example.frustum_load import frustum_payload, tiles
+from radiosity.flow.package.example.grid_load import GridAddresses, grid_writes, grouped
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
 from tb.lib.stall_patterns import STALLS

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from golden.ctu.cell_traversal import (
+from golden.engine.ctu.cell_traversal import (
     BEGIN_BITS,
     INDEX_BITS,
     NEVER,
@@ -13,7 +13,7 @@ from golden.ctu.cell_traversal import (
     RECIPROCAL_BITS,
     traversal_start,
 )
-from golden.ctu.grid_rays import FRACTION
+from golden.engine.ctu.grid_rays import FRACTION
 from hw.ctu.traversal_start import TraversalStart
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import DEPTHS

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles
 
-from golden.stimulus.ctu.records import traversal_record
+from golden.engine.stimulus.ctu.records import traversal_record
 from hw.ctu.subshell_generator import ListError
 from hw.ctu.traversal_unit import TraversalUnit
-from hw.package.example.frustum_load import table_writes
+from radiosity.flow.package.example.frustum_load import table_writes
 from tb.ctu.stage_cells import StageCells
 from tb.ctu.traversal_bench import ClusterPart, Intersection, SettlePort, Surroundings
 from tb.lib.clocking import reset, start

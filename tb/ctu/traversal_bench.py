@@ -4,23 +4,23 @@ import cocotb
 import numpy as np
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.cast.cluster_casting import Stage
-from golden.cast.fixed_hits import read_out
-from golden.cast.shelling import ShellingCounts
-from golden.ctu.cell_traversal import Traversal
-from golden.ctu.sector import sector_rays, subshell_rays
-from golden.ctu.settle_pyramid import SettlePyramid
-from golden.ctu.survival import survivors_by_code
-from golden.ctu.unit import global_directions
-from golden.icu.ray_memory import RayMemory
-from golden.icu.settle_code import settle_code
-from golden.memsys.filter import Filter
+from golden.engine.cast.cluster_casting import Stage
+from golden.engine.cast.fixed_hits import read_out
+from golden.engine.cast.shelling import ShellingCounts
+from golden.engine.ctu.cell_traversal import Traversal
+from golden.engine.ctu.sector import sector_rays, subshell_rays
+from golden.engine.ctu.settle_pyramid import SettlePyramid
+from golden.engine.ctu.survival import survivors_by_code
+from golden.engine.ctu.unit import global_directions
+from golden.engine.icu.ray_memory import RayMemory
+from golden.engine.icu.settle_code import settle_code
+from golden.engine.memsys.patches.filter import Filter
 from hw.ctu.ctu_formats import CtuFormats
 from hw.ctu.stage_count import NEAR_STAGE
 from hw.lib.payload import pack
-from hw.package.example.frustum_load import frustum_payload
-from hw.package.example.grid_load import GridAddresses, grouped, unit_writes
-from hw.package.example.settle_words import settle_words
+from radiosity.flow.package.example.frustum_load import frustum_payload
+from radiosity.flow.package.example.grid_load import GridAddresses, grouped, unit_writes
+from radiosity.flow.package.example.settle_words import settle_words
 from tb.lib.ports import Ports
 from tb.lib.stream import now
 

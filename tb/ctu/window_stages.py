@@ -4,14 +4,14 @@ from functools import cached_property
 
 import numpy as np
 
-from golden.config import Config
-from golden.ctu.sector import Sector, sector_rays, subshell_rays
-from golden.icu.ray_memory import RayMemory
-from golden.stimulus.ctu.grids import shells
-from golden.stimulus.ctu.records import TraversalRecord
-from golden.stimulus.frusta import random_hemisphere, random_screen
-from hw.package.example.frustum_load import frustum_payload
-from hw.package.example.grid_load import GridAddresses, grid_writes
+from golden.engine.config import Config
+from golden.engine.ctu.sector import Sector, sector_rays, subshell_rays
+from golden.engine.icu.ray_memory import RayMemory
+from golden.engine.stimulus.ctu.grids import shells
+from golden.engine.stimulus.ctu.records import TraversalRecord
+from golden.engine.stimulus.frusta import random_hemisphere, random_screen
+from radiosity.flow.package.example.frustum_load import frustum_payload
+from radiosity.flow.package.example.grid_load import GridAddresses, grid_writes
 
 __all__ = ["CASES", "FRUSTA", "SECTORS", "RecordStages", "WindowStages"]
 

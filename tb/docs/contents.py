@@ -3,17 +3,17 @@
 import re
 from collections.abc import Callable
 
-from golden.config import PRESETS, Config
-from golden.tasks.config import about_parameters
+from golden.engine.config import PRESETS, Config
 from hw.async_engine import AsyncEngine
 from hw.board.board_shell import BoardShell
 from hw.board.program import Operation, Program, Step
 from hw.cluster import Cluster
 from hw.engine import Engine
-from hw.figures import with_tables
-from hw.history import read_history
 from hw.lib.black_box import BlackBox
-from hw.report import UNITS, make_unit
+from radiosity.flow.synthesis.figures import with_tables
+from radiosity.flow.synthesis.history import read_history
+from radiosity.flow.synthesis.report import UNITS, make_unit
+from radiosity.tasks.config import about_parameters
 from tb.docs.payloads import payloads
 from tb.docs.reference import PRESET, Reference
 from tb.docs.structure import component_classes, structures

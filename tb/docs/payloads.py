@@ -5,13 +5,13 @@ from collections.abc import Mapping
 from amaranth.hdl import Shape
 from amaranth.lib.data import Layout
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.control.control_formats import ControlFormats
 from hw.ctu.ctu_formats import CtuFormats
 from hw.formats import Formats
 from hw.icu.icu_formats import IcuFormats
-from hw.memsys.memory_formats import MemoryFormats
-from hw.memsys.path_formats import PathFormats
+from hw.memsys.patches.path_formats import PathFormats
+from hw.memsys.port.memory_formats import MemoryFormats
 from tb.docs.structure import fields_of
 
 __all__ = ["FORMATS", "layouts", "payloads"]

@@ -17,16 +17,16 @@ import pytest
 from amaranth.hdl import UnusedElaboratable
 from click.testing import CliRunner
 
-import golden.cli
-import hw.cli
-import radiosity.cli
+import radiosity.cli.golden.main
+import radiosity.cli.hw.main
+import radiosity.cli.main
 import tb.bugs.command
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.board.board_shell import BoardShell
-from hw.history import Commit
-from hw.report import UNITS, Row
-from hw.synthesis.family import Area
-from hw.synthesis.flow import Clock
+from radiosity.flow.synthesis.family import Area
+from radiosity.flow.synthesis.flow import Clock
+from radiosity.flow.synthesis.history import Commit
+from radiosity.flow.synthesis.report import UNITS, Row
 from tb.docs.language import ROOT
 from tb.docs.page_commands import Command, commands_of, files_of, missing_rows, pages, tables_of
 
@@ -49,11 +49,13 @@ WITHOUT_TOOLS = re.compile(r"hw report (.*--record|\w+(?!.*--unit))"
 # Commands whose work another test runs: the module, its test, and a call in it.
 ELSEWHERE = {
     WITHOUT_TOOLS.pattern: [
-        ("tb/synthesis/test_figures.py", "test_area_and_clock_stay", "measure("),
-        ("tb/synthesis/test_report.py", "test_another_family_has_its_cells_and_no_clock", '["report", "ctu"'),
-        ("tb/board/test_ulx3s.py", "test_bitstream", "build(")],
+        ("tb/radiosity/flow/synthesis/test_figures.py", "test_area_and_clock_stay", "measure("),
+        ("tb/radiosity/flow/synthesis/test_report.py", "test_another_family_has_its_cells_and_no_clock",
+         '["report", "ctu"'),
+        ("tb/radiosity/flow/board/test_ulx3s.py", "test_bitstream", "build(")],
     "radiosity exchange canyon": [("tb/docs/test_view_factors_page.py", "test_the_tutorial", "invoke(")],
-    "-m hw figures": [("tb/synthesis/test_figures.py", "test_the_command_writes_what_has_changed", '["figures"]')],
+    "-m hw figures": [("tb/radiosity/flow/synthesis/test_figures.py", "test_the_command_writes_what_has_changed",
+                       '["figures"]')],
     "make (setup|litex|lint|test|sim|coverage|formal|nightly|bugs|release|report|bench)": [],
     "make demo": [("tb/docs/test_commands.py", "test_the_demo", "demo")],
     "make pictures": [("tb/radiosity/test_reports.py", "test_pictures_report_their_files", 'run("pictures"')],
@@ -73,10 +75,10 @@ HELP = {"help_option_names": ["-h", "--help"]}
 
 def entry(words):
     """A command line of the project and its arguments, or nothing."""
-    for name, main in (("golden", golden.cli.main), ("hw", hw.cli.main)):
+    for name, main in (("golden", radiosity.cli.golden.main.main), ("hw", radiosity.cli.hw.main.main)):
         if words[:3] == ("python", "-m", name):
             return main, words[3:]
-    return (radiosity.cli.main, words[1:]) if words[0] == "radiosity" else None
+    return (radiosity.cli.main.main, words[1:]) if words[0] == "radiosity" else None
 
 
 def below(group, words):
@@ -153,7 +155,8 @@ def test_commands_are_accepted(command, tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def known_options():
-    return set().union(*map(options_of, (radiosity.cli.main, golden.cli.main, hw.cli.main, tb.bugs.command.main)))
+    return set().union(*map(options_of, (radiosity.cli.main.main, radiosity.cli.golden.main.main,
+                                         radiosity.cli.hw.main.main, tb.bugs.command.main)))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -261,11 +264,11 @@ def no_tools(monkeypatch):
                    clocks=tuple(Clock(seed=seed, mhz=100.0, path="a path", mhz_grade_8=130.0) for seed in seeds))
 
     made = []
-    monkeypatch.setattr("hw.report.measure", measure)
-    monkeypatch.setattr("hw.history.measured_commit", lambda: Commit(name="a", date="2026-01-01"))
-    monkeypatch.setattr("hw.history.add_record", lambda record: None)
-    monkeypatch.setattr("hw.synthesis.flow.tool_versions", lambda **_: "tools")
-    monkeypatch.setattr("hw.board.ulx3s.build",
+    monkeypatch.setattr("radiosity.flow.synthesis.report.measure", measure)
+    monkeypatch.setattr("radiosity.flow.synthesis.history.measured_commit", lambda: Commit(name="a", date="2026-01-01"))
+    monkeypatch.setattr("radiosity.flow.synthesis.history.add_record", lambda record: None)
+    monkeypatch.setattr("radiosity.flow.synthesis.flow.tool_versions", lambda **_: "tools")
+    monkeypatch.setattr("radiosity.flow.board.ulx3s.build",
                         lambda shell, folder, **_: made.append(type(shell)) or [folder / "board.bit"])
     yield made
     # A board that is never elaborated is collected with a warning.
@@ -308,7 +311,7 @@ def test_tests_of_pages_are_found(command):
 
 @pytest.mark.nightly
 def test_the_demo(tmp_path):
-    result = CliRunner().invoke(radiosity.cli.main, ["demo", str(tmp_path / "demo")])
+    result = CliRunner().invoke(radiosity.cli.main.main, ["demo", str(tmp_path / "demo")])
     assert result.exit_code == 0, result.output
     page = (tmp_path / "demo" / "index.html").read_text()
     assert "0 of 16,384 hits differ" in page
@@ -350,7 +353,8 @@ def test_benchmarks_print_what_pages_quote(words, tmp_path, monkeypatch):
 
 
 def test_every_benchmark_is_shown():
-    assert {words[2] for words in BENCHMARKS} == set(radiosity.cli.main.get_command(None, "bench").list_commands(None))
+    assert {words[2] for words in BENCHMARKS} == set(radiosity.cli.main.main.get_command(None,
+                                                                                         "bench").list_commands(None))
 
 
 def test_rows_are_compared_as_far_as_they_are_quoted():

@@ -3,12 +3,12 @@
 import re
 from itertools import pairwise
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.board.frame import CHECK_BYTES, HEADER_BYTES
 from hw.board.program import Operation
-from hw.board.record import record
-from hw.board.view import board_view
-from hw.history import last_records, read_history
+from radiosity.flow.board.record import record
+from radiosity.flow.board.view import board_view
+from radiosity.flow.synthesis.history import last_records, read_history
 from tb.docs.language import ROOT
 from tb.docs.page_commands import commands_of
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from golden.jobs.job_tables import job_tables
+from golden.engine.jobs.job_tables import job_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "job-format.md"
 

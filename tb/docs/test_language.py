@@ -20,7 +20,7 @@ from tb.docs.language import (
 # Whatever tests of the lint itself have to say.
 OWN = {"tb/docs/test_language.py", "tb/docs/test_sentences.py"}
 
-CODE = [path for folder in ("golden", "hw", "radiosity", "tb") for suffix in ("py", "cpp", "h", "v")
+CODE = [path for folder in ("benchmarks", "golden", "hw", "radiosity", "tb") for suffix in ("py", "cpp", "h", "v")
         for path in sorted((ROOT / folder).rglob(f"*.{suffix}"))]
 FILES = [path for path in (*markdown_files(), ROOT / "Makefile", ROOT / "pyproject.toml", ROOT / "mkdocs.yml", *CODE)
          if str(path.relative_to(ROOT)) not in OWN]

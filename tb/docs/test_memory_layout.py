@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from golden.memory_map.layout_tables import layout_tables
+from golden.engine.memory_map.layout_tables import layout_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "memory-map.md"
 

@@ -1,7 +1,7 @@
 """The page's table of presets by part has the sizes that the configurations have."""
 
-from golden.config import PRESETS
-from golden.config.parts import parts
+from golden.engine.config import PRESETS
+from golden.engine.config.parts import parts
 from tb.docs.language import ROOT
 
 

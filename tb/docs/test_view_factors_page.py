@@ -5,7 +5,7 @@ import shlex
 
 from click.testing import CliRunner
 
-import radiosity.cli
+import radiosity.cli.main
 from tb.docs.language import ROOT
 
 PAGE = (ROOT / "docs" / "view-factors.md").read_text()
@@ -22,7 +22,7 @@ def test_the_tutorial(tmp_path, monkeypatch, capsys):
     # Crossed strings, for an endless street.
     assert abs(float(sky) - (2**0.5 - 1)) < 0.015
     (command,) = re.findall(r"^radiosity (exchange .*)$", PAGE, re.MULTILINE)
-    result = CliRunner().invoke(radiosity.cli.main, shlex.split(command))
+    result = CliRunner().invoke(radiosity.cli.main.main, shlex.split(command))
     assert result.exit_code == 0, result.output
     assert (tmp_path / "heat.csv").exists()
     assert (tmp_path / "script-f.csv").exists()

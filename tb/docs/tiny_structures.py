@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.cluster import Cluster
 from hw.engine import Engine
 from hw.lib.black_box import BlackBox

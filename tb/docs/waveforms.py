@@ -5,16 +5,16 @@ from dataclasses import dataclass
 
 from amaranth.hdl import Cat
 
-from golden.config import PRESETS
-from golden.noc.routing import route
-from golden.noc.topology import Topology
+from golden.engine.config import PRESETS
+from golden.engine.noc.routing import route
+from golden.engine.noc.topology import Topology
 from hw.board.uart_transmitter import UartTransmitter
 from hw.ctu.cell_traversal import CellTraversal
 from hw.icu.screening import Screening
-from hw.memsys.cache import Cache
-from hw.memsys.cache_policy import CachePolicy
-from hw.memsys.filter import Filter
-from hw.memsys.main_memory_port import MainMemoryPort
+from hw.memsys.bus.cache import Cache
+from hw.memsys.bus.cache_policy import CachePolicy
+from hw.memsys.patches.filter import Filter
+from hw.memsys.port.main_memory_port import MainMemoryPort
 from hw.noc.router import Router
 from hw.registers.engine_registers import ADDRESS_BITS, ENGINE_REGISTERS
 from hw.registers.register import addresses

@@ -14,7 +14,7 @@ from amaranth.back import rtlil
 from amaranth.hdl import Const, Fragment, Value
 
 from hw.lib.checks import checked
-from hw.simulator.build_folder import keep_newest, locked
+from radiosity.flow.simulator.build_folder import keep_newest, locked
 
 __all__ = ["Proof", "prove"]
 

@@ -1,4 +1,4 @@
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.icu.ray_memory import RayMemory
 from hw.icu.read_out import ReadOut
 from hw.icu.settle_map import SettleMap
@@ -8,10 +8,10 @@ from hw.lib.credit_gate import CreditGate
 from hw.lib.fork import Fork
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
-from hw.memsys.fault import Fault
-from hw.memsys.read_engine import ReadEngine
-from hw.memsys.window_check import WindowCheck
-from hw.memsys.write_engine import WriteEngine
+from hw.memsys.port.fault import Fault
+from hw.memsys.port.read_engine import ReadEngine
+from hw.memsys.port.window_check import WindowCheck
+from hw.memsys.port.write_engine import WriteEngine
 from tb.formal.bench import Bench
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.negative_control import NegativeControl

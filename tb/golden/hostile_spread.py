@@ -6,7 +6,7 @@ __all__ = ["HOSTILE", "HostileSpread"]
 
 
 class HostileSpread:
-    """A `golden.spread.Spread`, and the workers of one, that gives results in another order.
+    """A `golden.base.spread.Spread`, and the workers of one, that gives results in another order.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class HostileSpread:
         yield from (results[number] for number in order)
 
     def spread(self, scene, *, frusta, rays) -> "HostileSpread":
-        """What `golden.workers.pool.WorkerPool` gives for a scene and its casters."""
+        """What `radiosity.workers.pool.WorkerPool` gives for a scene and its casters."""
         return self
 
 

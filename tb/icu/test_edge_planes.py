@@ -1,6 +1,6 @@
 import numpy as np
 
-from golden.stimulus import stimulus
+from golden.engine.stimulus import stimulus
 from hw.icu.edge_planes import EdgePlanes
 from tb.icu.vectors import rows, slot_of, winding_of
 from tb.lib.bench import Bench, Vectors

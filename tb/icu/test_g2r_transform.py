@@ -3,9 +3,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from golden.icu.g2r_transform import g2r_transform
-from golden.stimulus import stimulus
-from golden.stimulus.frusta import frustum_record
+from golden.engine.icu.g2r_transform import g2r_transform
+from golden.engine.stimulus import stimulus
+from golden.engine.stimulus.frusta import frustum_record
 from hw.icu.g2r_transform import G2rTransform
 from tb.icu.vectors import assert_all_occur, frustum_of, rows, vertex_key
 from tb.lib.bench import Bench, Vectors

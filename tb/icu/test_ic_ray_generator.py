@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from golden.ctu.sector import Sector
-from golden.icu.section_clip import section_clip
-from golden.icu.settle_code import settle_code
-from golden.icu.window_walk import ray_address, walk_cycles, window_rays
-from golden.stimulus.frusta import random_hemisphere
-from golden.stimulus.icu.section_clip import draw_windows
+from golden.engine.ctu.sector import Sector
+from golden.engine.icu.section_clip import section_clip
+from golden.engine.icu.settle_code import settle_code
+from golden.engine.icu.window_walk import ray_address, walk_cycles, window_rays
+from golden.engine.stimulus.frusta import random_hemisphere
+from golden.engine.stimulus.icu.section_clip import draw_windows
 from hw.icu.ic_ray_generator import IcRayGenerator
-from hw.package.example.frustum_load import tiles
+from radiosity.flow.package.example.frustum_load import tiles
 from tb.icu.vectors import section_window_of
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage

@@ -9,18 +9,18 @@ from amaranth.hdl import Module, Signal
 from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.cast.naive_fixed import NaiveFixed
-from golden.ctu.sector import Sector
-from golden.frustum import Hemisphere
-from golden.icu.patch_setup import PatchSetup
-from golden.icu.patch_sums import section_sums
-from golden.icu.section_clip import section_clip
-from golden.icu.settle_code import settle_code
-from golden.icu.window_walk import window_tiles
+from benchmarks.viewpoints import hard_records
+from golden.cast.hemisphere import Hemisphere
+from golden.engine.cast.naive_fixed import NaiveFixed
+from golden.engine.ctu.sector import Sector
+from golden.engine.icu.patch_setup import PatchSetup
+from golden.engine.icu.patch_sums import section_sums
+from golden.engine.icu.section_clip import section_clip
+from golden.engine.icu.settle_code import settle_code
+from golden.engine.icu.window_walk import window_tiles
 from golden.scene.builtin import builtin_scene
 from hw.icu.intersection_unit import TOKENS, IntersectionUnit, _product, _reaches, _successor_reaches
-from hw.package.example.frustum_load import frustum_payload, table_writes
-from radiosity.benchmarks.viewpoints import hard_records
+from radiosity.flow.package.example.frustum_load import frustum_payload, table_writes
 from tb.golden.soups import soup
 from tb.icu.unit_bench import section_hits, vertices
 from tb.icu.unit_coverage import COVERAGE, CoveredBench

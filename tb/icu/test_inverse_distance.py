@@ -3,9 +3,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from golden.icu.inverse_distance import SMALLEST, inverse_distance
-from golden.stimulus import stimulus
-from golden.stimulus.icu.plane_factor import factor_of
+from golden.engine.icu.inverse_distance import SMALLEST, inverse_distance
+from golden.engine.stimulus import stimulus
+from golden.engine.stimulus.icu.plane_factor import factor_of
 from hw.icu.inverse_distance import InverseDistance
 from tb.icu.vectors import assert_all_occur, rows
 from tb.lib.bench import Bench, Vectors

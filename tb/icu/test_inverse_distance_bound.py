@@ -4,12 +4,12 @@ from functools import partial
 import numpy as np
 import pytest
 
-from golden.icu.settle_code import settle_threshold
-from golden.stimulus import block
-from golden.stimulus.frusta import SOURCE, frustum_arrays, frustum_record, random_hemisphere, random_screen
-from golden.stimulus.patches import scene_patches
+from golden.engine.icu.settle_code import settle_threshold
+from golden.engine.stimulus import block
+from golden.engine.stimulus.frusta import SOURCE, frustum_arrays, frustum_record, random_hemisphere, random_screen
+from golden.engine.stimulus.patches import scene_patches
 from hw.icu.inverse_distance_bound import InverseDistanceBound
-from hw.package.example.frustum_load import table_writes
+from radiosity.flow.package.example.frustum_load import table_writes
 from tb.icu.vectors import LIMITS, assert_all_occur, factor_of, frustum_of, largest, slot_of, window_of
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of

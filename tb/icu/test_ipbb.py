@@ -3,8 +3,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from golden.icu.ipbb import ImagePlaneWindows
-from golden.stimulus.frusta import frustum_record, random_screen
+from golden.engine.icu.ipbb import ImagePlaneWindows
+from golden.engine.stimulus.frusta import frustum_record, random_screen
 from hw.icu.ipbb import Ipbb
 from tb.icu.vectors import (
     LIMITS,

@@ -6,16 +6,16 @@ import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
 
-from golden.ctu.sector import Sector
-from golden.icu.section_clip import section_clip
-from golden.icu.settle_code import settle_threshold
-from golden.icu.window import Window
-from golden.stimulus import block
-from golden.stimulus.frusta import SOURCE, frustum_arrays, random_hemisphere, random_screen
-from golden.stimulus.patches import scene_patches
+from golden.engine.ctu.sector import Sector
+from golden.engine.icu.section_clip import section_clip
+from golden.engine.icu.settle_code import settle_threshold
+from golden.engine.icu.window import Window
+from golden.engine.stimulus import block
+from golden.engine.stimulus.frusta import SOURCE, frustum_arrays, random_hemisphere, random_screen
+from golden.engine.stimulus.patches import scene_patches
 from hw.formats import SURFACE_BITS
 from hw.icu.patch_setup import PatchSetup
-from hw.package.example.frustum_load import frustum_payload, table_writes
+from radiosity.flow.package.example.frustum_load import frustum_payload, table_writes
 from tb.icu.vectors import WINDOW, factor_of, rows, section_window_of, winding_of
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage

@@ -1,4 +1,4 @@
-"""Sums of sections; those of `golden.jobs` predict every item."""
+"""Sums of sections; those of `golden.engine.jobs` predict every item."""
 
 from collections import Counter
 from itertools import pairwise
@@ -11,9 +11,9 @@ from cocotb.utils import get_sim_time
 from hypothesis import given
 from hypothesis import strategies as st
 
-from golden.frustum import Hemisphere
-from golden.icu.patch_sums import SUM_BITS, section_sums
-from golden.stimulus.frusta import HEMISPHERE
+from golden.cast.hemisphere import Hemisphere
+from golden.engine.icu.patch_sums import SUM_BITS, section_sums
+from golden.engine.stimulus.frusta import HEMISPHERE
 from hw.icu.icu_formats import WEIGHT_BITS, TableKind
 from hw.icu.patch_sums import PatchSums
 from tb.lib.clocking import PERIOD, reset, start

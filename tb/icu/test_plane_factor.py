@@ -1,4 +1,4 @@
-from golden.stimulus import stimulus
+from golden.engine.stimulus import stimulus
 from hw.icu.plane_factor import PlaneFactor
 from tb.icu.vectors import factor_of, rows, slot_of
 from tb.lib.bench import Bench, Vectors

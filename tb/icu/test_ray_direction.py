@@ -2,9 +2,9 @@ from functools import partial
 
 import numpy as np
 
-from golden.stimulus.frusta import random_hemisphere, random_screen
+from golden.engine.stimulus.frusta import random_hemisphere, random_screen
 from hw.icu.ray_direction import RayDirection
-from hw.package.example.frustum_load import table_writes
+from radiosity.flow.package.example.frustum_load import table_writes
 from tb.icu.vectors import rows
 from tb.lib.bench import Bench, Vectors
 

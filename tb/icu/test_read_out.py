@@ -10,14 +10,14 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.ctu.sector import Sector
-from golden.icu.ray_memory import RayMemory as GoldenRayMemory
-from golden.icu.window_walk import ray_address
-from golden.stimulus import block
+from golden.engine.ctu.sector import Sector
+from golden.engine.icu.ray_memory import RayMemory as GoldenRayMemory
+from golden.engine.icu.window_walk import ray_address
+from golden.engine.stimulus import block
 from hw.icu.ray_memory import RayMemory
 from hw.icu.read_out import ReadOut
 from hw.lib.payload import pack, unpack
-from hw.package.example.frustum_load import tiles
+from radiosity.flow.package.example.frustum_load import tiles
 from tb.lib.clocking import start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known

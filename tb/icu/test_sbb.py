@@ -4,14 +4,14 @@ from functools import partial
 import numpy as np
 import pytest
 
-from golden.icu.edge_planes import edge_planes
-from golden.icu.sbb import SphericalWindows
-from golden.icu.vertex_direction import vertex_direction
-from golden.stimulus.frusta import frustum_arrays, frustum_record, random_hemisphere
-from golden.stimulus.icu.edge_planes import plane_arrays, planes_of
-from golden.stimulus.patches import r_patches
+from golden.engine.icu.edge_planes import edge_planes
+from golden.engine.icu.sbb import SphericalWindows
+from golden.engine.icu.vertex_direction import vertex_direction
+from golden.engine.stimulus.frusta import frustum_arrays, frustum_record, random_hemisphere
+from golden.engine.stimulus.icu.edge_planes import plane_arrays, planes_of
+from golden.engine.stimulus.patches import r_patches
 from hw.icu.sbb import Sbb
-from hw.package.example.frustum_load import table_writes
+from radiosity.flow.package.example.frustum_load import table_writes
 from tb.icu.vectors import (
     LIMITS,
     assert_all_occur,

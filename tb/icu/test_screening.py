@@ -1,8 +1,8 @@
 import pytest
 
-from golden.icu.screening import edge_distances, inside
-from golden.stimulus import stimulus
-from golden.stimulus.icu.edge_planes import planes_of
+from golden.engine.icu.screening import edge_distances, inside
+from golden.engine.stimulus import stimulus
+from golden.engine.stimulus.icu.edge_planes import planes_of
 from hw.icu.screening import Screening
 from tb.icu.vectors import assert_all_occur, rows, winding_of
 from tb.lib.bench import Bench, Vectors

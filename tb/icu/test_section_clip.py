@@ -1,11 +1,11 @@
 import numpy as np
 
-from golden.ctu.sector import Sector
-from golden.icu.section_clip import section_clip
-from golden.stimulus.frusta import random_hemisphere, random_screen
-from golden.stimulus.icu.section_clip import draw_windows
+from golden.engine.ctu.sector import Sector
+from golden.engine.icu.section_clip import section_clip
+from golden.engine.stimulus.frusta import random_hemisphere, random_screen
+from golden.engine.stimulus.icu.section_clip import draw_windows
 from hw.icu.section_clip import SectionClip
-from hw.package.example.frustum_load import frustum_payload
+from radiosity.flow.package.example.frustum_load import frustum_payload
 from tb.icu.vectors import LIMITS, assert_all_occur, largest, section_window_of, slot_of, window_of
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from golden.icu.settle_code import scale, settle_code
-from golden.stimulus import block
+from golden.engine.icu.settle_code import scale, settle_code
+from golden.engine.stimulus import block
 from hw.icu.settle_map import SettleMap
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage

@@ -2,11 +2,11 @@ from functools import partial
 
 import numpy as np
 
-from golden.icu.ipbb import ImagePlaneWindows
-from golden.icu.sbb import SphericalWindows
-from golden.icu.vertex_direction import vertex_direction
-from golden.stimulus import stimulus
-from golden.stimulus.frusta import random_hemisphere, random_screen
+from golden.engine.icu.ipbb import ImagePlaneWindows
+from golden.engine.icu.sbb import SphericalWindows
+from golden.engine.icu.vertex_direction import vertex_direction
+from golden.engine.stimulus import stimulus
+from golden.engine.stimulus.frusta import random_hemisphere, random_screen
 from hw.icu.spherical_coordinates import SphericalCoordinates
 from tb.icu.vectors import rows, vertex_key
 from tb.lib.bench import Bench, Case, Vectors

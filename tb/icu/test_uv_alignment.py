@@ -1,4 +1,4 @@
-from golden.stimulus import stimulus
+from golden.engine.stimulus import stimulus
 from hw.icu.uv_alignment import UvAlignment
 from tb.icu.vectors import rows
 from tb.lib.bench import Bench, Vectors

@@ -2,7 +2,7 @@ from functools import partial
 
 import pytest
 
-from golden.stimulus import stimulus
+from golden.engine.stimulus import stimulus
 from hw.icu.uv_subdivision import UvSubdivision
 from tb.icu.vectors import assert_all_occur, rows
 from tb.lib.bench import Bench, Case, Vectors

@@ -1,4 +1,4 @@
-from golden.stimulus import stimulus
+from golden.engine.stimulus import stimulus
 from hw.icu.vertex_direction import VertexDirection
 from tb.icu.vectors import rows, vertex_key
 from tb.lib.bench import Bench, Vectors

@@ -2,8 +2,8 @@ from itertools import islice
 
 import numpy as np
 
-from golden.icu.section_clip import SectionWindow
-from golden.icu.window_walk import ray_address, window_rays, window_tiles
+from golden.engine.icu.section_clip import SectionWindow
+from golden.engine.icu.window_walk import ray_address, window_rays, window_tiles
 from hw.icu.window_walk import WindowWalk
 from tb.icu.vectors import assert_all_occur
 from tb.lib.bench import Bench, Vectors

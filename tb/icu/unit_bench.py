@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from golden.cast.fixed_hits import FixedHits
-from golden.config import Config
-from golden.ctu.sector import Sector
-from golden.frustum import FrustumRecord
-from golden.scene.patch_geometry import PatchGeometry
+from golden.engine.cast.fixed_hits import FixedHits
+from golden.engine.config import Config
+from golden.engine.ctu.sector import Sector
+from golden.engine.frustum import FrustumRecord
+from golden.engine.scene.patch_geometry import PatchGeometry
 from hw.icu.intersection_unit import IntersectionUnit
-from hw.package.example.frustum_load import frustum_payload, table_writes
+from radiosity.flow.package.example.frustum_load import frustum_payload, table_writes
 from tb.lib.ports import Ports
 
 __all__ = ["UnitBench", "section_hits", "vertices"]

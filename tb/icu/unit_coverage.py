@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from golden.ctu.sector import Sector
-from golden.frustum import FrustumRecord
-from golden.icu.intersection import intersect
-from golden.icu.patch_setup import PatchSetup
-from golden.icu.section_clip import section_clip
-from golden.icu.window_walk import window_tiles
-from golden.scene.patch_geometry import PatchGeometry
+from golden.engine.ctu.sector import Sector
+from golden.engine.frustum import FrustumRecord
+from golden.engine.icu.intersection import intersect
+from golden.engine.icu.patch_setup import PatchSetup
+from golden.engine.icu.section_clip import section_clip
+from golden.engine.icu.window_walk import window_tiles
+from golden.engine.scene.patch_geometry import PatchGeometry
 from tb.icu.unit_bench import UnitBench
 from tb.lib.coverage import Coverage
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from golden.config import Config
-from golden.ctu.sector import Sector
-from golden.frustum import FrustumRecord
-from golden.stimulus import block
-from golden.stimulus.frusta import frustum_arrays, frustum_record
-from hw.package.example.frustum_load import frustum_payload
+from golden.engine.config import Config
+from golden.engine.ctu.sector import Sector
+from golden.engine.frustum import FrustumRecord
+from golden.engine.stimulus import block
+from golden.engine.stimulus.frusta import frustum_arrays, frustum_record
+from radiosity.flow.package.example.frustum_load import frustum_payload
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.coverage import Coverage
 

@@ -20,7 +20,7 @@ from random import Random
 import pytest
 from amaranth.lib.wiring import Out
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.lib.payload import unpack
 from tb.lib.configurations import CONFIGURATIONS, DEPTHS, config_of
 from tb.lib.cycles import CHANCES, Table, any_value, replay

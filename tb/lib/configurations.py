@@ -1,6 +1,6 @@
 """Configurations that testbenches run with."""
 
-from golden.config import PRESETS, Config
+from golden.engine.config import PRESETS, Config
 
 __all__ = ["CONFIGURATIONS", "DEPTHS", "config_of"]
 

@@ -16,7 +16,7 @@ def with_random_initial_values(text: str, seed: int) -> str:
     Parameters
     ----------
     text
-        As `hw.export.verilog_of` writes it.
+        As `radiosity.flow.verilog.export.verilog_of` writes it.
     seed
         Of the values.
     """

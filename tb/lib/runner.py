@@ -19,10 +19,10 @@ import pytest
 from cocotb_tools.check_results import get_results
 from cocotb_tools.runner import Runner, Verilator, get_runner
 
-from hw.export import verilog_of
-from hw.plain_verilog import plain_verilog
-from hw.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
-from hw.simulator.verilator import OPTIMIZATION, verilator_package, verilator_version
+from radiosity.flow.simulator.build_folder import build_folder, content_key, keep_newest, locked, temporary_folder
+from radiosity.flow.simulator.verilator import OPTIMIZATION, verilator_package, verilator_version
+from radiosity.flow.verilog.export import verilog_of
+from radiosity.flow.verilog.plain_verilog import plain_verilog
 from tb.lib.bench_view import named_states, write_bench_view
 from tb.lib.seed import IS_DRAWN, SEED
 

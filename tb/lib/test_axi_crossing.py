@@ -6,9 +6,9 @@ import pytest
 from amaranth.hdl import ClockDomain, Module
 from amaranth.sim import Simulator
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.lib.axi_crossing import AxiCrossing
-from hw.memsys.axi_signature import AxiSignature
+from hw.memsys.port.axi_signature import AxiSignature
 from hw.registers.axi_lite_signature import AxiLiteSignature
 from tb.lib.seed import SEED
 from tb.lib.stall_patterns import STALLS

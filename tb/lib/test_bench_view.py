@@ -4,7 +4,7 @@ from amaranth.hdl import Module, Mux
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hw.export import verilog_of
+from radiosity.flow.verilog.export import verilog_of
 from tb.lib.bench_view import named_states, write_bench_view
 
 

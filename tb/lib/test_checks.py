@@ -6,9 +6,9 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
-from hw.export import verilog_of
 from hw.lib.checks import checked, claim
 from hw.lib.credit_gate import CreditGate
+from radiosity.flow.verilog.export import verilog_of
 
 
 class Small(wiring.Component):

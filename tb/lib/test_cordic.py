@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from amaranth.hdl import Const, signed, unsigned
 
-from golden.config import Icu
-from golden.cordic import circular, linear
+from golden.engine.config import Icu
+from golden.engine.lib.cordic import circular, linear
 from hw.lib.cordic import accumulator_bits, cordic
 from tb.lib.operator_bench import run_operator
 

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.lib.first_fault import FirstFault
 from hw.lib.payload import unpack
-from hw.memsys.fault import Fault
-from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.port.fault import Fault
+from hw.memsys.port.memory_formats import MemoryFormats
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
 
 LAYOUT, COUNT = MemoryFormats(PRESETS["tiny"]).fault, 3

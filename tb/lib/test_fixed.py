@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from amaranth.hdl import Cat, signed, unsigned
 
-from golden.fixed import bit_length, limbs
-from golden.fixed import round_shift as golden_round_shift
+from golden.engine.lib.fixed import bit_length, limbs
+from golden.engine.lib.fixed import round_shift as golden_round_shift
 from hw.lib import fixed
 from tb.lib.operator_bench import run_operator
 from tb.lib.ranges import numbers

@@ -8,7 +8,7 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from hw.export import verilog_of
+from radiosity.flow.verilog.export import verilog_of
 from tb.lib.random_initial import with_random_initial_values
 
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from golden.icu.reciprocal import reciprocal
+from golden.engine.icu.reciprocal import reciprocal
 from hw.lib.reciprocal import Reciprocal
 from tb.lib.bench import Bench, Vectors
 

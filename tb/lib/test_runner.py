@@ -3,8 +3,8 @@
 import pytest
 from cocotb_tools.runner import Icarus
 
-from hw.export import verilog_of
 from hw.lib.skid_buffer import SkidBuffer
+from radiosity.flow.verilog.export import verilog_of
 from tb.lib import runner
 from tb.lib.runner import Simulation
 

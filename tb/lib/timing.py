@@ -13,7 +13,7 @@
 import inspect
 import re
 
-from golden.config import Config
+from golden.engine.config import Config
 from tb.lib.stages import Elastic, Rigid, Stage
 
 __all__ = ["documented_interval", "documented_latency", "documented_stages"]

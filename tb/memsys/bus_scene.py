@@ -4,10 +4,10 @@ import random
 
 import numpy as np
 
-from golden.config import Config
-from golden.memsys.cache import Cache
+from golden.engine.config import Config
+from golden.engine.memsys.bus.cache import Cache
 from hw.lib.payload import pack
-from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
+from hw.memsys.patches.path_formats import BEATS, PathFormats, RequestKind
 from tb.memsys.memory_path import scene_image
 
 __all__ = ["BusScene"]

@@ -7,10 +7,10 @@ import cocotb
 import numpy as np
 from cocotb.triggers import RisingEdge
 
-from golden.config import Config
-from golden.memsys.cache import Cache as GoldenCache
-from hw.memsys.cache import Cache
-from hw.memsys.cache_policy import CachePolicy
+from golden.engine.config import Config
+from golden.engine.memsys.bus.cache import Cache as GoldenCache
+from hw.memsys.bus.cache import Cache
+from hw.memsys.bus.cache_policy import CachePolicy
 from tb.lib.clocking import start
 from tb.lib.runner import BUILD, options, simulate
 from tb.lib.stream import Sink, Source

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from golden.config import Config
-from hw.memsys.fault import Fault
+from golden.engine.config import Config
+from hw.memsys.port.fault import Fault
 from tb.memsys.memory_model import ERROR, MemoryModel
 
 __all__ = ["READ_FAULTS", "WRITE_FAULTS", "BusFault", "FaultyMemory"]

@@ -4,7 +4,7 @@ import random
 from collections import deque
 from collections.abc import Callable
 
-from golden.config import Config
+from golden.engine.config import Config
 from tb.lib.stall_patterns import STALLS
 
 __all__ = ["ERROR", "MemoryModel"]

@@ -10,14 +10,14 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 from cocotb.triggers import RisingEdge
 
-from golden.config import Config
-from golden.memory_map import BEATS, REGIONS, pack_beats
+from golden.engine.config import Config
+from golden.engine.memory_map import BEATS, REGIONS, pack_beats
 from hw.lib.payload import pack, unpack
-from hw.memsys.local_bus import LocalBus
-from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.bus.local_bus import LocalBus
+from hw.memsys.bus.system_bus_interface import READERS, SystemBusInterface
 from hw.memsys.memory_system import MemorySystem
-from hw.memsys.path_formats import PathFormats
-from hw.memsys.system_bus_interface import READERS, SystemBusInterface
+from hw.memsys.patches.path_formats import PathFormats
+from hw.memsys.port.memory_formats import MemoryFormats
 
 __all__ = ["Memory", "MemoryPath", "Mesh", "scene_image"]
 

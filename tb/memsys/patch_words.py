@@ -1,6 +1,6 @@
 """Patches as the words in which they are loaded."""
 
-from golden.memory_map import COORDINATE_BITS
+from golden.engine.memory_map import COORDINATE_BITS
 
 __all__ = ["load_of", "words_of"]
 

@@ -8,15 +8,15 @@ import cocotb
 import numpy as np
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.ctu.sector import Sector
-from golden.memsys.patch_store import PatchStore
-from golden.memsys.reference_strings import ReferenceStrings
+from golden.engine.ctu.sector import Sector
+from golden.engine.memsys.bus.reference_strings import ReferenceStrings
+from golden.engine.memsys.patches.patch_store import PatchStore
 from hw.lib.payload import pack, unpack
-from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.bus.cache_policy import CachePolicy
 from hw.memsys.memory_system import MemorySystem
-from hw.memsys.path_fault import PathFault
-from hw.memsys.path_formats import PathFormats
-from tb.golden.schedule.scenes import case
+from hw.memsys.patches.path_fault import PathFault
+from hw.memsys.patches.path_formats import PathFormats
+from tb.golden.engine.schedule.scenes import case
 from tb.lib.clocking import reset
 from tb.lib.configurations import config_of
 from tb.lib.runner import options

@@ -10,12 +10,12 @@ from amaranth.hdl import Cat, Module, ResetInserter, Signal, Value
 from amaranth.lib.data import View
 from amaranth.sim import Simulator
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.lib.checks import checked
 from hw.lib.payload import pack, unpack
 from hw.memsys.memory_system import LOADS, MemorySystem
-from hw.memsys.path_fault import PathFault
-from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
+from hw.memsys.patches.path_fault import PathFault
+from hw.memsys.patches.path_formats import BEATS, PathFormats, RequestKind
 from tb.memsys.patch_words import load_of
 
 __all__ = ["OWN", "FaultBench", "Faults", "Scene"]

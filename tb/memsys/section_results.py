@@ -6,10 +6,17 @@ from random import Random
 
 import numpy as np
 
-from golden.cast.fixed_hits import FixedHits
-from golden.config import Config
-from golden.ctu.sector import Sector
-from golden.jobs.result_formats import HitFormat, ResultCommand, pack_hits, pack_sums, result_bytes, section_rays
+from golden.engine.cast.fixed_hits import FixedHits
+from golden.engine.config import Config
+from golden.engine.ctu.sector import Sector
+from golden.engine.jobs.result_formats import (
+    HitFormat,
+    ResultCommand,
+    pack_hits,
+    pack_sums,
+    result_bytes,
+    section_rays,
+)
 
 __all__ = ["FULL_GROUP", "SectionResults", "drawn_section", "joined"]
 
@@ -24,7 +31,7 @@ class SectionResults:
     Parameters
     ----------
     command, hits
-        As for `golden.jobs.result_formats.result_bytes`.
+        As for `golden.engine.jobs.result_formats.result_bytes`.
     patches, sums
         Of the words of sums, in their order.
     """

@@ -8,8 +8,8 @@ from itertools import repeat
 import cocotb
 from cocotb.triggers import ClockCycles
 
-from golden.config import PRESETS
-from golden.noc.packing import VERTICES
+from golden.engine.config import PRESETS
+from golden.engine.noc.packing import VERTICES
 from hw.formats import Formats
 from hw.noc.network_fault import NetworkFault
 from hw.noc.patch_network import PatchNetwork

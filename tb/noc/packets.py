@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from golden.noc.network import Packets
-from golden.noc.topology import Topology
-from radiosity.benchmarks import traffic
+from benchmarks import traffic
+from golden.engine.noc.network import Packets
+from golden.engine.noc.topology import Topology
 
 __all__ = ["packets", "stalls"]
 

@@ -11,8 +11,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from cocotb.triggers import FallingEdge
 
-from golden.noc.link_words import link_words
-from golden.noc.network import Arrivals, Packets
+from golden.engine.noc.link_words import link_words
+from golden.engine.noc.network import Arrivals, Packets
 from tb.lib.clocking import reset, start
 from tb.lib.runner import BUILD, options, simulate
 

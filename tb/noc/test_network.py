@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import PRESETS
-from golden.errors import InputError
-from golden.noc.delay import zero_load_latency
-from golden.noc.network import Network as Model
-from golden.noc.routing import Routing, route
-from golden.noc.topology import Topology
+from benchmarks.traffic import PATTERNS
+from golden.base.errors import InputError
+from golden.engine.config import PRESETS
+from golden.engine.noc.delay import zero_load_latency
+from golden.engine.noc.network import Network as Model
+from golden.engine.noc.routing import Routing, route
+from golden.engine.noc.topology import Topology
 from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.network import Network
 from hw.noc.router import Router
-from radiosity.benchmarks.traffic import PATTERNS
 from tb.lib.runner import ICARUS
 from tb.lib.seed import SEED
 from tb.lib.timing import documented_latency

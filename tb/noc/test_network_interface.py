@@ -6,9 +6,9 @@ from functools import partial
 import pytest
 from amaranth.sim import Simulator
 
-from golden.config import PRESETS
-from golden.noc.packing import CHECK_BITS, check, reply_flits, request_flits
-from golden.noc.routing import route
+from golden.engine.config import PRESETS
+from golden.engine.noc.packing import CHECK_BITS, check, reply_flits, request_flits
+from golden.engine.noc.routing import route
 from hw.noc.network_fault import NetworkFault
 from hw.noc.network_interface import NetworkInterface
 

@@ -3,8 +3,8 @@ import random
 from amaranth.hdl import Shape
 from amaranth.lib.data import StructLayout
 
-from golden.config import PRESETS
-from golden.noc.packing import CHECK_BITS, pack_flits
+from golden.engine.config import PRESETS
+from golden.engine.noc.packing import CHECK_BITS, pack_flits
 from hw.lib.payload import pack, unpack
 from hw.noc.packer import Packer
 from tb.lib.bench import Bench, Vectors

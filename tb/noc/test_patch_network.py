@@ -3,8 +3,8 @@
 import pytest
 from amaranth.hdl import Fragment
 
-from golden.config import PRESETS
-from golden.noc.packing import reply_flits, request_flits
+from golden.engine.config import PRESETS
+from golden.engine.noc.packing import reply_flits, request_flits
 from hw.lib.arbiter import ArbiterPolicy
 from hw.lib.credit_gate import CreditGate
 from hw.noc import network_interface, output_port

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
-from golden.noc.delay import zero_load_latency
-from golden.noc.network import NEVER, Arrivals, Packets
-from golden.noc.routing import route
-from golden.noc.topology import Topology
-from radiosity.benchmarks.traffic import PATTERNS, Window, bernoulli, bound, hot_node, measure, observed, pattern
+from benchmarks.traffic import PATTERNS, Window, bernoulli, bound, hot_node, measure, observed, pattern
+from golden.base.errors import InputError
+from golden.engine.noc.delay import zero_load_latency
+from golden.engine.noc.network import NEVER, Arrivals, Packets
+from golden.engine.noc.routing import route
+from golden.engine.noc.topology import Topology
 
 SHAPES = [("mesh", 4, 4), ("mesh", 8, 8), ("torus", 5, 3), ("hypercube", 8, 4), ("ring", 7, 1)]
 

@@ -4,8 +4,8 @@ from itertools import cycle
 import pytest
 from amaranth.lib.data import StructLayout
 
-from golden.config import PRESETS
-from golden.noc.packing import check, pack_flits
+from golden.engine.config import PRESETS
+from golden.engine.noc.packing import check, pack_flits
 from hw.lib.payload import pack, unpack
 from hw.noc.network_fault import NetworkFault
 from hw.noc.unpacker import Unpacker

@@ -1,5 +1,5 @@
 """Machines whose kernels Python runs."""
 
-from tb.golden.machines.interpreted import interpreted
+from tb.radiosity.machines.interpreted import interpreted
 
 __all__ = ["interpreted"]

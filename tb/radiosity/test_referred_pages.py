@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from golden.machines.koan.pixel_items import pixel_items
-from golden.machines.koan.ray_pages import PageString
-from golden.machines.koan.scene_pages import ScenePages
-from radiosity.benchmarks.koan import referred_pages
+from benchmarks.koan import referred_pages
+from radiosity.machines.koan.pixel_items import pixel_items
+from radiosity.machines.koan.ray_pages import PageString
+from radiosity.machines.koan.scene_pages import ScenePages
 
 pytestmark = pytest.mark.xdist_group("machines")
 

@@ -6,11 +6,12 @@ import re
 import pytest
 from click.testing import CliRunner
 
-import golden.cli
-import radiosity.cli
+import radiosity.cli.golden.main
+import radiosity.cli.main
 
 
-@pytest.mark.parametrize(("main", "method"), [(golden.cli.main, "shelling"), (radiosity.cli.main, "embree")],
+@pytest.mark.parametrize(("main", "method"), [(radiosity.cli.golden.main.main, "shelling"), (radiosity.cli.main.main,
+                                                                                             "embree")],
                          ids=["golden", "radiosity"])
 def test_the_golden_model_renders_by_shelling_and_says_first_how_long(main, method, tmp_path):
     """Nodes are the corners of six squares, each with its own; of six elements adaptive refinement cuts none."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-import radiosity.cli
+import radiosity.cli.main
 from golden.light.factors.files import write_view_factors
 from tb.golden.light.factors.samples import three_sides
 
@@ -45,7 +45,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def run(*arguments):
-    result = CliRunner().invoke(radiosity.cli.main, [str(argument) for argument in arguments])
+    result = CliRunner().invoke(radiosity.cli.main.main, [str(argument) for argument in arguments])
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
     return result
 

@@ -8,10 +8,10 @@ from dataclasses import asdict
 
 import pytest
 
-from golden.config import PRESETS
-from hw.memsys.lfu_placement import LfuPlacement
-from hw.memsys.set_placement import SetPlacement
-from radiosity.job_timing import bus_timing, job_timing, joint_timing, load_timing
+from golden.engine.config import PRESETS
+from hw.memsys.bus.lfu_placement import LfuPlacement
+from hw.memsys.bus.set_placement import SetPlacement
+from radiosity.machines.engine.job_latencies import bus_timing, job_timing, joint_timing, load_timing
 
 
 def timings(changes=None, latency=10):

@@ -2,12 +2,12 @@ from pathlib import Path
 
 from click.testing import CliRunner
 
-from hw.cli import main
 from hw.cluster import COUNTERS
 from hw.registers.engine_registers import ADDRESS_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.error_code import ABOUT, CODE_BITS, ErrorCode
-from hw.registers.page import page
 from hw.registers.register import WORD_BYTES, addresses
+from radiosity.cli.hw.main import main
+from radiosity.flow.package.registers_page import page
 
 PAGE = Path(__file__).parents[2] / "docs" / "registers.md"
 

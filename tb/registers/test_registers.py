@@ -6,7 +6,7 @@ import cocotb
 import pytest
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.registers.register import Access, Field, Register, addresses, register_table
 from hw.registers.registers import OKAY, SLVERR, Registers
 from tb.axi.axi_lite_protocol import AxiLiteProtocol

@@ -13,7 +13,7 @@ from hw.cluster import COUNTERS
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS, register
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import WORD_BYTES, Access, addresses
-from hw.registers.system_rdl import system_rdl
+from radiosity.flow.package.system_rdl import system_rdl
 
 NAME, CLUSTERS = "radiosity_engine", 3
 BIN = Path(sys.executable).parent

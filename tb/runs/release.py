@@ -20,7 +20,8 @@ STEPS = {
     "test": ["make", "test"],
     "sim": ["make", "sim"],
     "docs": ["make", "docs"],
-    "exports": [".venv/bin/python", "-m", "pytest", "-n", "2", "-q", "tb/package/test_core_files.py", "-k",
+    "exports": [".venv/bin/python", "-m", "pytest", "-n", "2", "-q", "tb/radiosity/flow/package/test_core_files.py",
+                "-k",
                 "test_all_presets"],
 }
 

@@ -8,7 +8,7 @@ __all__ = ["MINUTES", "Shard", "shards"]
 # A shard is ended after this many minutes.
 MINUTES = 90
 # Folders whose tests take longer than a shard may, and the number of shards that they are cut into.
-PARTS = {"docs": 2, "golden": 4, "memsys": 2, "package": 2, "synthesis": 2, "system": 4}
+PARTS = {"docs": 2, "golden": 3, "memsys": 2, "radiosity": 7, "system": 4}
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 from importlib.metadata import version
 
-from hw.simulator.verilator import verilator_version
+from radiosity.flow.simulator.verilator import verilator_version
 
 __all__ = ["versions"]
 

@@ -51,7 +51,7 @@ def functions(text: str) -> Iterator[tuple[str, int, str]]:
 
 
 def components() -> dict[str, list[str]]:
-    """Files of hw that define components, with these; the simulated machine is no hardware."""
+    """Files that define components, with these; the simulated machine is no hardware."""
     found = {path: re.findall(r"(?m)^class (\w+)\((?:.*[ ,])?(?:wiring\.)?Component\b", text)
-             for path, text in source_texts("hw").items() if not path.startswith("hw/simulator/")}
+             for folder in ("hw", "radiosity/flow/synthesis") for path, text in source_texts(folder).items()}
     return {path: names for path, names in found.items() if names}

@@ -1,57 +1,98 @@
-"""What stands on what: golden on nothing, hw on golden, radiosity on both, tb on all."""
+"""What stands on what: the rooms of golden on each other, hw on the machine in integers, the product on both."""
 
 import sys
 
 import pytest
 
-from tb.sources.source_texts import components, imports, source_texts
+from tb.sources.source_texts import ROOT, components, imports, source_texts
 
-# By folder: packages that it must not import.
-FORBIDDEN = {
-    "golden": {"hw", "radiosity", "tb", "pytest"},
-    "hw": {"radiosity", "tb", "pytest"},
-    "radiosity": {"tb", "pytest"},
+OURS = {"golden", "hw", "radiosity", "benchmarks", "tb"}
+# By room: the rooms that it may import, each of them in a row of its own.
+MAY_IMPORT = {
+    "golden.base": set(),
+    "golden.scene": {"golden.base"},
+    "golden.cast": {"golden.base", "golden.scene"},
+    "golden.engine": {"golden.base", "golden.scene", "golden.cast"},
+    "golden.light": {"golden.base", "golden.scene", "golden.cast"},
+    "golden.render": {"golden.base", "golden.scene", "golden.cast", "golden.engine", "golden.light"},
+    "hw": {"golden.base", "golden.engine"},
+    "radiosity": {"golden.base", "golden.scene", "golden.cast", "golden.engine", "golden.light", "golden.render", "hw"},
+    "benchmarks": {"golden.base", "golden.scene", "golden.cast", "golden.engine", "golden.light", "golden.render", "hw",
+                   "radiosity"},
 }
+# Within the product, in the same way: simulators of machines and what is made of the RTL know nothing of tasks, and
+# only the command line knows commands.
+WITHIN_PRODUCT = {
+    "radiosity.workers": set(),
+    "radiosity.flow": set(),
+    "radiosity.machines": {"radiosity.flow"},
+    "radiosity.charts": {"radiosity.flow", "radiosity.machines"},
+    "radiosity.tasks": {"radiosity.charts", "radiosity.flow", "radiosity.machines", "radiosity.workers"},
+}
+# What a person starts with ``python -m`` is in the product.
+STARTS = {"golden/__main__.py", "hw/__main__.py"}
 # What a component may take from golden beside the configuration and constants: the contents of tables, number formats,
 # and what a network's routing is made of.
 TABLES = {
-    "golden.cordic": {"gain", "linear_error", "turns"},
-    "golden.ctu.cell_traversal": {"reciprocal_table"},
-    "golden.fixed": {"Format"},
-    "golden.icu.sbb": {"sagitta_table", "window_errors"},
-    "golden.icu.settle_code": {"scale"},
-    "golden.noc.packing": {"check"},
-    "golden.noc.reach": {"reach"},
-    "golden.noc.routing": {"Routing", "check_deadlock_free", "route"},
-    "golden.noc.topology": {"Topology"},
+    "golden.engine.lib.cordic": {"gain", "linear_error", "turns"},
+    "golden.engine.ctu.cell_traversal": {"reciprocal_table"},
+    "golden.engine.lib.fixed": {"Format"},
+    "golden.engine.icu.sbb": {"sagitta_table", "window_errors"},
+    "golden.engine.icu.settle_code": {"scale"},
+    "golden.engine.noc.packing": {"check"},
+    "golden.engine.noc.reach": {"reach"},
+    "golden.engine.noc.routing": {"Routing", "check_deadlock_free", "route"},
+    "golden.engine.noc.topology": {"Topology"},
 }
-# Packages of golden that only drivers, the simulated machine and the commands of hw need.
-WHOLE_MODEL = {"golden.cast", "golden.commands", "golden.light", "golden.scene", "golden.schedule"}
-DRIVERS = ("hw/host.py", "hw/cli.py", "hw/commands/", "hw/simulator/", "hw/board/", "hw/package/software/",
-           "hw/package/example/")
 # Blocks whose components import golden's numbers through one file, the list of what hardware and model must agree on.
 BLOCK_TABLES = {"icu": {"hw/icu/icu_tables.py"}, "lib": {"hw/lib/cordic.py"}, "noc": {"hw/noc/noc_tables.py"}}
 
 
-@pytest.mark.parametrize("folder", FORBIDDEN)
-def test_nothing_is_imported_from_above(folder):
-    wrong = [f"{path}: {module}" for path, text in source_texts(folder).items() for module, _ in imports(text)
-             if module.partition(".")[0] in FORBIDDEN[folder]]
-    assert not wrong
+def test_every_room_has_a_row():
+    rooms = {path.parent.name for path in ROOT.glob("*/__init__.py")} - {"golden", "tb"}
+    rooms |= {f"golden.{path.parent.name}" for path in ROOT.glob("golden/*/__init__.py")}
+    assert rooms == MAY_IMPORT.keys()
+
+
+@pytest.mark.parametrize("room", MAY_IMPORT)
+def test_no_room_imports_one_above_it(room):
+    assert not [wrong for wrong in arrows(room) if wrong[1] not in MAY_IMPORT[room]]
+
+
+@pytest.mark.parametrize("room", WITHIN_PRODUCT)
+def test_no_part_of_the_product_imports_one_above_it(room):
+    assert not [wrong for wrong in arrows(room) if wrong[1] not in MAY_IMPORT["radiosity"] | WITHIN_PRODUCT[room]]
+
+
+def arrows(room):
+    """File and room of each import of another room of ours, in `TYPE_CHECKING` too."""
+    for path, text in source_texts(room.replace(".", "/")).items():
+        for module, name in imports(text):
+            top, *rest = f"{module}.{name}".split(".")
+            # Of golden, and of the product seen from within, a room is a folder; else it is the package.
+            inner = top == "golden" or top == room.partition(".")[0] != room
+            other = f"{top}.{rest[0]}" if inner and rest[0] else top
+            if top in OURS and other != room and path not in STARTS:
+                yield path, other
+
+
+def test_arrows_are_seen():
+    assert {where for _, where in arrows("golden.light")} == MAY_IMPORT["golden.light"]
+    assert "golden.engine" in {where for _, where in arrows("hw")}
 
 
 def test_components_take_configuration_and_constants_from_golden():
     wrong = []
     for path in components():
-        for module, name in imports(source_texts("hw")[path]):
+        for module, name in imports((ROOT / path).read_text()):
             if module.partition(".")[0] == "golden" and not (
-                    module.startswith("golden.config") or name.isupper() or name in TABLES.get(module, ())):
+                    module.startswith("golden.engine.config") or name.isupper() or name in TABLES.get(module, ())):
                 wrong.append(f"{path}: {module}.{name}")
     assert not wrong
 
 
 def test_references_of_hits_share_nothing_with_what_they_check():
-    package = "radiosity.benchmarks.truth"
+    package = "benchmarks.truth"
     wrong = [f"{path}: {module}" for path, text in source_texts(package.replace(".", "/")).items()
              for module, _ in imports(text) if not module.startswith(f"{package}.")
              and module.partition(".")[0] not in {*sys.stdlib_module_names, "numpy"}]
@@ -64,14 +105,8 @@ def test_the_check_sees_components_and_imports():
     assert set(imports(text)) == {("a.b", ""), ("d", "e"), ("d", "g"), ("j", "k")}
 
 
-def test_hardware_needs_no_caster_scene_or_scheduler():
-    wrong = [f"{path}: {module}" for path, text in source_texts("hw").items() if not path.startswith(DRIVERS)
-             for module, name in imports(text) if {".".join(module.split(".")[:2]), f"{module}.{name}"} & WHOLE_MODEL]
-    assert not wrong
-
-
 @pytest.mark.parametrize("block", BLOCK_TABLES)
 def test_components_import_golden_numbers_through_tables(block):
     found = {path for path, text in source_texts(f"hw/{block}").items() for module, _ in imports(text)
-             if module.startswith("golden.") and not module.startswith("golden.config")}
+             if module.startswith("golden.") and not module.startswith("golden.engine.config")}
     assert found <= BLOCK_TABLES[block]

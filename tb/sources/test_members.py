@@ -9,9 +9,9 @@ import pytest
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.noc.input_queue import InputQueue
-from hw.package.tops import TOPS
+from radiosity.flow.package.tops import TOPS
 from tb.docs.contents import makers
 from tb.docs.structure import component_classes, structures
 
@@ -22,7 +22,7 @@ VERILATED = {"contextp", "eval", "eval_end_step", "eval_step", "final", "name", 
 # Its members are those of the component that it stands for.
 GENERIC = {"hw/lib/black_box.py"}
 # Components that are in none of them.
-UNUSED = {"hw.synthesis.scan_harness.ScanHarness"}
+UNUSED = {"radiosity.flow.synthesis.scan_harness.ScanHarness"}
 
 
 def sections(cls):

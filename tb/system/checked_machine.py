@@ -10,17 +10,17 @@ from amaranth.hdl import Elaboratable, Fragment, Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import Out
 
-from golden.config import Config
-from golden.noc.topology import TOPOLOGIES
+from golden.engine.config import Config
+from golden.engine.noc.topology import TOPOLOGIES
 from hw.cluster import Cluster
 from hw.engine import CLUSTER, Engine
-from hw.export import verilog_of
 from hw.lib.checks import entries_in_use
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE
 from hw.registers.register import WORD_BYTES
-from hw.simulator import machine_library, simulated_port
-from hw.simulator.build_folder import build_folder
-from hw.simulator.simulated_port import SimulatedPort, complete
+from radiosity.flow.simulator import machine_library, simulated_port
+from radiosity.flow.simulator.build_folder import build_folder
+from radiosity.flow.simulator.simulated_port import SimulatedPort, complete
+from radiosity.flow.verilog.export import verilog_of
 from tb.lib.random_initial import with_random_initial_values
 from tb.lib.seed import SEED
 

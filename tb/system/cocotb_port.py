@@ -2,9 +2,9 @@
 
 from cocotb.triggers import ClockCycles
 
-from hw.host import Port
 from hw.registers.engine_registers import ADDRESS_BITS
-from hw.simulator.register_error import RegisterError
+from radiosity.flow.host import Port
+from radiosity.flow.simulator.register_error import RegisterError
 from tb.axi.axi_lite_protocol import AxiLiteProtocol
 from tb.axi.port_monitor import PortMonitor
 from tb.memsys.memory_model import MemoryModel

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.jobs.completion import NO_CLUSTER
-from golden.jobs.job import plan_job
+from golden.engine.jobs.completion import NO_CLUSTER
+from golden.engine.jobs.job import plan_job
 from hw.registers.error_code import ErrorCode
-from hw.simulator.simulated_port import complete
+from radiosity.flow.simulator.simulated_port import complete
 from tb.lib.configurations import config_of
 from tb.system.checked_machine import count_used_entries
 from tb.system.job_machine import BASE, SMALL, JobMachine

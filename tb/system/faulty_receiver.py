@@ -8,12 +8,12 @@ import pytest
 from amaranth.hdl import Module, Mux, Signal
 from amaranth.lib import wiring
 
-from golden.config import Config
+from golden.engine.config import Config
 from hw.engine import Engine
-from hw.export import verilog_of
 from hw.noc import network_interface
 from hw.noc.link_receiver import LinkReceiver
-from hw.simulator import machine_library
+from radiosity.flow.simulator import machine_library
+from radiosity.flow.verilog.export import verilog_of
 
 __all__ = ["FaultyReceiver", "faulty_machine"]
 

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from golden.jobs.job import Job, PhaseRequest, plan_job
-from hw.host import POLL, EngineError, Host
-from hw.simulator.simulated_port import SimulatedPort, complete
+from golden.engine.jobs.job import Job, PhaseRequest, plan_job
+from radiosity.flow.host import POLL, EngineError, Host
+from radiosity.flow.simulator.simulated_port import SimulatedPort, complete
 from tb.lib.configurations import config_of
 from tb.system.checked_machine import checked_machine
 from tb.system.job_memory import JobMemory

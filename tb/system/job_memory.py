@@ -4,11 +4,11 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from golden.jobs.completion import COMPLETION
-from golden.jobs.descriptor import DESCRIPTOR
-from golden.jobs.job import Job
-from golden.jobs.result_formats import HitFormat
-from golden.jobs.run_job import run_job
+from golden.engine.jobs.completion import COMPLETION
+from golden.engine.jobs.descriptor import DESCRIPTOR
+from golden.engine.jobs.job import Job
+from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.jobs.run_job import run_job
 from hw.registers.error_code import ErrorCode
 
 __all__ = ["JobMemory"]

@@ -13,21 +13,23 @@ from dataclasses import dataclass, field
 import click
 import numpy as np
 
-from golden.config import Config
-from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
-from golden.jobs.job import Job, PhaseRequest, plan_job
-from golden.jobs.result_formats import HitFormat
-from golden.jobs.run_job import JobResults, run_job
-from golden.memsys.cell_table import CellTable
+from golden.cast.hemisphere import Hemisphere
+from golden.cast.screen import Screen
+from golden.engine.config import Config
+from golden.engine.frustum import FrustumRecord, hemisphere_record, screen_record
+from golden.engine.jobs.job import Job, PhaseRequest, plan_job
+from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.jobs.run_job import JobResults, run_job
+from golden.engine.memsys.patches.cell_table import CellTable
+from golden.engine.scene.patch_geometry import PatchGeometry
+from golden.engine.schedule.phase import schedule
 from golden.scene import Scene
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
-from golden.scene.patch_geometry import PatchGeometry
-from golden.schedule.phase import schedule
-from hw.host import Host
-from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.bus.cache_policy import CachePolicy
 from hw.registers.error_code import ErrorCode
-from hw.simulator.simulated_port import SimulatedPort, complete
+from radiosity.flow.host import Host
+from radiosity.flow.simulator.simulated_port import SimulatedPort, complete
 from tb.golden.soups import soup
 from tb.lib.configurations import config_of
 

@@ -5,20 +5,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from golden.cast.shelling import Shelling
-from golden.config import Config
-from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
-from golden.jobs.job import PhaseRequest
-from golden.jobs.result_formats import HitFormat
-from golden.memsys.cell_table import CellTable
+from golden.cast.default_camera import default_camera
+from golden.cast.hemisphere import Hemisphere
+from golden.cast.screen import Screen
+from golden.engine.cast.shelling import Shelling
+from golden.engine.config import Config
+from golden.engine.frustum import hemisphere_record, screen_record
+from golden.engine.jobs.job import PhaseRequest
+from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.memsys.patches.cell_table import CellTable
+from golden.engine.scene.patch_geometry import PatchGeometry
+from golden.engine.schedule.ceiling_points import ceiling_points
+from golden.engine.schedule.phase import Schedule, machine_schedule
+from golden.engine.schedule.resident_sets import ResidentSets
+from golden.engine.schedule.sections import Partition
+from golden.engine.schedule.subshells import SubshellList
 from golden.scene.open import open_scene
-from golden.scene.patch_geometry import PatchGeometry
-from golden.scene.view import default_camera
-from golden.schedule.ceiling_points import ceiling_points
-from golden.schedule.phase import Schedule, machine_schedule
-from golden.schedule.resident_sets import ResidentSets
-from golden.schedule.sections import Partition
-from golden.schedule.subshells import SubshellList
 
 __all__ = ["geometry", "phase"]
 

@@ -10,11 +10,11 @@ from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
 import hw.async_engine
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.async_engine import HELD, AsyncEngine
 from hw.lib.clock_crossing import ClockCrossing
-from hw.memsys.axi_signature import AxiSignature
-from hw.memsys.memory_formats import MemoryFormats
+from hw.memsys.port.axi_signature import AxiSignature
+from hw.memsys.port.memory_formats import MemoryFormats
 from hw.registers.axi_lite_signature import AxiLiteSignature
 from hw.registers.engine_registers import ADDRESS_BITS
 from hw.registers.register import Access, Register, addresses

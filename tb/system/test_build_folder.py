@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from hw.simulator.build_folder import content_key, keep_newest, locked, temporary_folder
+from radiosity.flow.simulator.build_folder import content_key, keep_newest, locked, temporary_folder
 
 
 def entry(parent, name, *, size, age):

@@ -6,23 +6,23 @@ import pytest
 import hw.cluster
 import hw.engine
 import hw.icu.intersection_unit
-from golden.config import PRESETS
-from golden.ctu.near_cells import near_cells
-from golden.frustum import Hemisphere
-from golden.jobs.descriptor import frustum_descriptor
-from golden.memory_map import phase_image
-from golden.schedule.phase import schedule
+from golden.cast.hemisphere import Hemisphere
+from golden.engine.config import PRESETS
+from golden.engine.ctu.near_cells import near_cells
+from golden.engine.jobs.descriptor import frustum_descriptor
+from golden.engine.memory_map import phase_image
+from golden.engine.schedule.phase import schedule
 from hw.cluster import Cluster
 from hw.control.control_formats import ControlFormats
 from hw.control.job_formats import NEAR_INDEX
 from hw.engine import FETCH, PRELOAD, Engine
 from hw.icu.intersection_unit import IntersectionUnit
 from hw.lib.payload import pack, unpack
-from hw.memsys.image_layout import RegionNumber
+from hw.memsys.load.image_layout import RegionNumber
 from hw.noc.network_fault import NetworkFault
-from hw.package.example.frustum_load import frustum_payload
-from hw.package.example.image_words import words
-from tb.golden.schedule.scenes import case
+from radiosity.flow.package.example.frustum_load import frustum_payload
+from radiosity.flow.package.example.image_words import words
+from tb.golden.engine.schedule.scenes import case
 from tb.system.connections import Connections
 
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})

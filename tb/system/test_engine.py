@@ -5,18 +5,18 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from golden.cast.shelling import Shelling
-from golden.jobs.completion import patch_sources
-from golden.jobs.descriptor import Kind
-from golden.jobs.result_formats import HitFormat
-from golden.machines.store_path import store_after
-from golden.memory_map.layout import EVERY_CLUSTER, NONE
-from golden.memsys.cache import Cache
-from golden.memsys.reference_strings import ReferenceStrings
+from golden.engine.cast.shelling import Shelling
+from golden.engine.jobs.completion import patch_sources
+from golden.engine.jobs.descriptor import Kind
+from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.memory_map.layout import EVERY_CLUSTER, NONE
+from golden.engine.memsys.bus.cache import Cache
+from golden.engine.memsys.bus.reference_strings import ReferenceStrings
 from hw.control.section_results import COUNTS
-from hw.host import POLL
-from hw.memsys.cache_policy import CachePolicy
-from hw.memsys.image_layout import PATCH_WORDS
+from hw.memsys.bus.cache_policy import CachePolicy
+from hw.memsys.load.image_layout import PATCH_WORDS
+from radiosity.flow.host import POLL
+from radiosity.machines.engine.store_path import store_after
 from tb.system.job_machine import CLUSTERS, CONFIGS, JobMachine, cornell, planned
 from tb.system.job_memory import JobMemory
 from tb.system.scenes import phase

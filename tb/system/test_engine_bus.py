@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from golden.jobs.job import plan_job
-from hw.host import POLL, EngineError, EngineTimeoutError, Host
+from golden.engine.jobs.job import plan_job
 from hw.registers.engine_registers import register
 from hw.registers.error_code import ErrorCode
-from hw.simulator.machine_verilog import engine_verilog
+from radiosity.flow.host import POLL, EngineError, EngineTimeoutError, Host
+from radiosity.flow.simulator.machine_verilog import engine_verilog
 from tb.axi.axi_protocol import AxiProtocol
 from tb.axi.port_monitor import PortMonitor
 from tb.lib.clocking import reset, start

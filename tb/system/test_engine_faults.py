@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.cast.shelling import Shelling
-from golden.ctu.sector import Sector
-from golden.jobs.result_formats import HitFormat
-from golden.memory_map import REGIONS
-from golden.memsys.reference_strings import ReferenceStrings
-from hw.host import EngineError
+from golden.engine.cast.shelling import Shelling
+from golden.engine.ctu.sector import Sector
+from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.memory_map import REGIONS
+from golden.engine.memsys.bus.reference_strings import ReferenceStrings
 from hw.registers.engine_registers import register
 from hw.registers.error_code import ErrorCode
-from hw.simulator.simulated_port import complete
+from radiosity.flow.host import EngineError
+from radiosity.flow.simulator.simulated_port import complete
 from tb.lib.seed import SEED
 from tb.system.job_machine import CLUSTERS, SMALL, TWO_CLUSTERS, JobMachine, cornell, planned
 
@@ -40,7 +40,7 @@ def sound(machine):
     machine.right()
 
 
-# A field, and what it must not be: for each rule of `golden.jobs.descriptor.RULES` one at least.
+# A field, and what it must not be: for each rule of `golden.engine.jobs.descriptor.RULES` one at least.
 MALFORMED = (
     ("version", 2), ("kind", 2), ("hit_format", 4), ("sums", 2), ("context", 1), ("cluster", 2), ("cluster", 0xFFFE),
     ("hits", 8), ("hits", 1 << 44), ("sums_address", 16), ("sums_address", 1 << 63), ("end_column", 0), ("end_row", 0),

@@ -6,17 +6,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from golden.errors import InputError
-from golden.jobs.completion import COMPLETION, lap
-from golden.jobs.descriptor import DESCRIPTOR, Kind
-from golden.jobs.job import plan_job
+from golden.base.errors import InputError
+from golden.engine.jobs.completion import COMPLETION, lap
+from golden.engine.jobs.descriptor import DESCRIPTOR, Kind
+from golden.engine.jobs.job import plan_job
 from hw.cluster import COUNTERS
-from hw.host import POLL, EngineError, EngineTimeoutError, Host, Port, check_completions
-from hw.memsys.cache_policy import CachePolicy
+from hw.memsys.bus.cache_policy import CachePolicy
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS, MAGIC, VERSION, register
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from tb.golden.jobs.jobs import CONFIG, job, requests
+from radiosity.flow.host import POLL, EngineError, EngineTimeoutError, Host, Port, check_completions
+from tb.golden.engine.jobs.jobs import CONFIG, job, requests
 
 ADDRESSES = addresses(ENGINE_REGISTERS)
 # Numbers of descriptors before the job: they wrap in it.

@@ -6,13 +6,13 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from golden.jobs.descriptor import DESCRIPTOR, check_descriptor
-from golden.memory_map import ENTRY, HEADER, REGIONS
-from golden.memory_map.rules import RULES
+from golden.engine.jobs.descriptor import DESCRIPTOR, check_descriptor
+from golden.engine.memory_map import ENTRY, HEADER, REGIONS
+from golden.engine.memory_map.rules import RULES
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import WORD_BYTES, Access, addresses
-from hw.simulator.simulated_port import RegisterError
+from radiosity.flow.simulator.simulated_port import RegisterError
 from tb.lib.seed import SEED
 from tb.system.job_machine import CLUSTERS, JobMachine, cornell, planned
 

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from golden.config import PRESETS
-from hw.simulator import machine_library as module
-from hw.simulator import machine_verilog
-from hw.simulator.build_folder import content_key
-from hw.simulator.machine_library import machine_library
+from golden.engine.config import PRESETS
+from radiosity.flow.simulator import machine_library as module
+from radiosity.flow.simulator import machine_verilog
+from radiosity.flow.simulator.build_folder import content_key
+from radiosity.flow.simulator.machine_library import machine_library
 from tb.system.build_commands import write_made
 
 ONE = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from golden.config import PRESETS
-from hw.simulator import machine_library as module
-from hw.simulator import machine_verilog
-from hw.simulator.build_folder import MOST_BYTES
-from hw.simulator.machine_library import machine_library
+from golden.engine.config import PRESETS
+from radiosity.flow.simulator import machine_library as module
+from radiosity.flow.simulator import machine_verilog
+from radiosity.flow.simulator.build_folder import MOST_BYTES
+from radiosity.flow.simulator.machine_library import machine_library
 from tb.system.build_commands import write_made
 
 CONFIG = PRESETS["tiny"]

@@ -2,11 +2,11 @@
 
 import pytest
 
-from golden.config import PRESETS
-from golden.jobs.job import plan_job
-from golden.noc.topology import TOPOLOGIES
-from hw.memsys.cache_policy import CachePolicy
-from hw.simulator.simulation_config import simulation_config
+from golden.engine.config import PRESETS
+from golden.engine.jobs.job import plan_job
+from golden.engine.noc.topology import TOPOLOGIES
+from hw.memsys.bus.cache_policy import CachePolicy
+from radiosity.flow.simulator.simulation_config import simulation_config
 from tb.system.job_machine import JobMachine
 from tb.system.job_memory import JobMemory
 from tb.system.scenes import phase

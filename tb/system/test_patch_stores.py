@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from golden.jobs.job import plan_job
+from golden.engine.jobs.job import plan_job
 from hw.registers.error_code import ErrorCode
-from hw.simulator.simulated_port import complete
+from radiosity.flow.simulator.simulated_port import complete
 from tb.system.job_machine import BASE, CONFIGS, JobMachine
 from tb.system.job_memory import JobMemory
 from tb.system.scenes import phase

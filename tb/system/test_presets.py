@@ -11,16 +11,16 @@ from amaranth.hdl import Fragment, Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PRESETS
-from golden.config.parts import parts
+from golden.engine.config import PRESETS
+from golden.engine.config.parts import parts
 from hw.cluster import Cluster
 from hw.ctu.cell_traversal import CellTraversal
 from hw.engine import Engine
 from hw.icu.intersection_pipeline import IntersectionPipeline
-from hw.memsys.cache import Cache
-from hw.memsys.istructure import IStructure
-from hw.memsys.local_patch_geometry import LocalPatchGeometry
+from hw.memsys.bus.cache import Cache
 from hw.memsys.memory_system import MemorySystem
+from hw.memsys.patches.istructure import IStructure
+from hw.memsys.patches.local_patch_geometry import LocalPatchGeometry
 from hw.noc.router import Router
 from tb.system import truncations as module
 from tb.system.truncations import truncations

@@ -10,11 +10,11 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 import hw.engine
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.cluster import Cluster
 from hw.engine import Engine
 from hw.lib.skid_buffer import SkidBuffer
-from hw.memsys.local_bus import LocalBus
+from hw.memsys.bus.local_bus import LocalBus
 from tb.system.connections import IdleUnit
 from tb.system.ready_paths import is_unit, ready_paths
 

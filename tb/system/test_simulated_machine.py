@@ -9,27 +9,29 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from golden.cast.naive_fixed import NaiveFixed
-from golden.cast.shelling import Shelling
-from golden.config import PRESETS
-from golden.errors import InputError
-from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
-from golden.jobs.completion import COMPLETION
-from golden.jobs.descriptor import Kind, load_descriptor
-from golden.jobs.job import HeldTables, plan_job
-from golden.jobs.load_regions import region_bits
-from golden.jobs.phase_request import phase_request
-from golden.jobs.result_formats import HitFormat
+from golden.base.errors import InputError
+from golden.cast.default_camera import default_camera
+from golden.cast.hemisphere import Hemisphere
+from golden.cast.screen import Screen
+from golden.engine.cast.naive_fixed import NaiveFixed
+from golden.engine.cast.shelling import Shelling
+from golden.engine.config import PRESETS
+from golden.engine.frustum import hemisphere_record, screen_record
+from golden.engine.jobs.completion import COMPLETION
+from golden.engine.jobs.descriptor import Kind, load_descriptor
+from golden.engine.jobs.job import HeldTables, plan_job
+from golden.engine.jobs.load_regions import region_bits
+from golden.engine.jobs.phase_request import phase_request
+from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.scene.patch_geometry import PatchGeometry
+from golden.engine.schedule.ceiling_points import ceiling_points
 from golden.scene.open import open_scene
-from golden.scene.patch_geometry import PatchGeometry
-from golden.scene.view import default_camera
-from golden.schedule.ceiling_points import ceiling_points
 from hw.cluster import COUNTERS, RECORDED
-from hw.host import EngineError
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from hw.simulator.job_result import (
+from radiosity.flow.host import EngineError
+from radiosity.flow.simulator.job_result import (
     KEPT,
     OF_CACHES,
     SHARED_COUNTERS,
@@ -38,9 +40,9 @@ from hw.simulator.job_result import (
     cluster_counters,
     loads_scene,
 )
-from hw.simulator.simulated_machine import SAMPLE_CYCLES, SimulatedMachine, WaveformWindow
-from hw.simulator.simulated_port import complete
-from hw.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
+from radiosity.flow.simulator.simulated_machine import SAMPLE_CYCLES, SimulatedMachine, WaveformWindow
+from radiosity.flow.simulator.simulated_port import complete
+from radiosity.flow.simulator.simulation_config import SIMULATION_DEFAULTS, simulation_config
 from tb.system.checked_machine import use_checked_machines
 from tb.system.job_machine import CONFIGS, TWO_CLUSTERS
 
@@ -196,8 +198,9 @@ def machine_at(monkeypatch):
             def resize(self, size):
                 self.size = size
 
-        monkeypatch.setattr("hw.simulator.simulated_machine.SimulatedPort", lambda *_, **__: Memory(cycles=0, size=0))
-        monkeypatch.setattr("hw.simulator.simulated_machine.Host", lambda *_: host)
+        monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.SimulatedPort", lambda *_,
+                            **__: Memory(cycles=0, size=0))
+        monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.Host", lambda *_: host)
         return SimulatedMachine(CONFIG)
     return machine
 
@@ -263,7 +266,7 @@ def test_a_load_of_cells_empties_the_caches(regions, empties):
 
 def test_waveforms_begin_so_many_cycles_after_the_doorbell(machine_at, tmp_path, monkeypatch):
     machine, done = machine_at(KeepingHost()), []
-    monkeypatch.setattr("hw.simulator.simulated_machine.write_wave_view", lambda *paths: done.append(paths))
+    monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.write_wave_view", lambda *paths: done.append(paths))
 
     async def wait(cycles):
         done.append(cycles)

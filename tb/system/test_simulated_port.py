@@ -10,13 +10,13 @@ import cocotb
 import pytest
 from cocotb.utils import get_sim_time
 
-from hw.host import EngineError, Host
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from hw.simulator.machine_verilog import engine_verilog
-from hw.simulator.register_error import RegisterError
-from hw.simulator.simulated_port import complete
+from radiosity.flow.host import EngineError, Host
+from radiosity.flow.simulator.machine_verilog import engine_verilog
+from radiosity.flow.simulator.register_error import RegisterError
+from radiosity.flow.simulator.simulated_port import complete
 from tb.axi.axi_protocol import AxiProtocol
 from tb.axi.port_monitor import PortMonitor
 from tb.lib.clocking import PERIOD, start

@@ -12,7 +12,7 @@ from amaranth.hdl import Const, Value, unsigned
 from amaranth.lib.wiring import In
 from amaranth.sim import Simulator
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from tb.docs.structure import component_classes
 
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.jobs.job import plan_job
-from golden.jobs.load_regions import region_bits
-from golden.memory_map.image import MemoryImage
+from golden.engine.jobs.job import plan_job
+from golden.engine.jobs.load_regions import region_bits
+from golden.engine.memory_map.image import MemoryImage
 from hw.registers.error_code import ErrorCode
 from tb.lib.configurations import config_of
 from tb.system.job_machine import BASE, LISTS, ONE_CLUSTER, SMALL, JobMachine

@@ -2,9 +2,9 @@
 
 import pytest
 
-from golden.config import PRESETS
-from golden.jobs.job import plan_job
-from hw.simulator.simulation_config import simulation_config
+from golden.engine.config import PRESETS
+from golden.engine.jobs.job import plan_job
+from radiosity.flow.simulator.simulation_config import simulation_config
 from tb.system.job_machine import JobMachine
 from tb.system.scenes import phase
 

@@ -2,8 +2,8 @@
 
 import re
 
-from hw.simulator.traced_verilog import traced_verilog
-from hw.simulator.wave_view import write_wave_view
+from radiosity.flow.simulator.traced_verilog import traced_verilog
+from radiosity.flow.simulator.wave_view import write_wave_view
 
 VERILOG = """\
 module unit(clk, i__valid, o__payload);

@@ -2,8 +2,8 @@
 
 import pytest
 
-from golden.jobs.job import plan_job
-from golden.jobs.result_formats import HitFormat
+from golden.engine.jobs.job import plan_job
+from golden.engine.jobs.result_formats import HitFormat
 from tb.lib.configurations import config_of
 from tb.system.job_machine import BASE, SMALL, JobMachine
 from tb.system.scenes import phase

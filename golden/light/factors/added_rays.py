@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.factors.view_factors import ViewFactors
 
 __all__ = ["add_rays", "check_same_rows", "combined", "runs_of"]

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.output import whole_file
+from golden.base.errors import InputError
+from golden.base.output import whole_file
+from golden.base.source_digest import source_digest
 from golden.scene.scene import Scene
-from golden.source_digest import source_digest
 
 __all__ = ["BlockStore", "scene_key"]
 

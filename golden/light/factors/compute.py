@@ -1,9 +1,9 @@
 """View factors, computed block by block."""
 
+from golden.base.progress_bar import progress_bar
+from golden.base.spread import Spread, in_threads, spans
 from golden.light.factors.blocks import BlockStore
 from golden.light.factors.view_factors import ViewFactors
-from golden.progress_bar import progress_bar
-from golden.spread import Spread, in_threads, spans
 
 __all__ = ["compute_view_factors"]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.compiled import is_compiler_active
+from golden.base.compiled import is_compiler_active
 from golden.light.factors.points import (
     depart,
     join_by_direction,

@@ -7,7 +7,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, gmres, splu
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.factors.patch_error import PatchError
 from golden.light.factors.view_factors import CLOSED, ViewFactors
 

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from golden.errors import InputError
+from golden.base.errors import InputError
+from golden.base.output import check_outputs, whole_file
 from golden.light.factors.csv_file import write_csv
 from golden.light.factors.groups import by_surface
 from golden.light.factors.netcdf_file import read_netcdf, write_netcdf
 from golden.light.factors.npz_file import read_npz, write_npz
 from golden.light.factors.urban_files import URBAN, urban_paths, write_urban
 from golden.light.factors.view_factors import ViewFactors
-from golden.output import check_outputs, whole_file
 
 __all__ = ["SURFACE_SUFFIXES", "check_view_factors_output", "read_view_factors", "write_by_surface",
            "write_view_factors"]

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
+from golden.base.errors import InputError
 from golden.cast.methods import RAY_METHODS, ray_caster
 from golden.cast.shared_caster import default_method
-from golden.errors import InputError
 from golden.light.factors.added_rays import add_rays
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.rows import FactorRows

@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from golden.compiled import is_compiler_active
+from golden.base.compiled import is_compiler_active
 from golden.light.factors.edge_integrals import edge_integrals
 from golden.light.factors.pair_kernel import exchange, exchange_of_far, gauss_point, heights, nearness, plane
 

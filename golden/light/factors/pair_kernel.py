@@ -5,7 +5,7 @@ A patch is an array of 4 x 3 coordinates, or of 4 x 3 x P: the same code serves 
 
 import numpy as np
 
-from golden.compiled import compiled
+from golden.base.compiled import compiled
 
 __all__ = ["candidates", "exchange", "exchange_of_far", "gauss_point", "heights", "may_exceed", "nearness",
            "plane"]

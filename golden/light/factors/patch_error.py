@@ -1,6 +1,6 @@
 """The error of a single patch."""
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 
 __all__ = ["PatchError"]
 

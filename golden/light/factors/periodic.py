@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.sides import Sides
 from golden.scene.scene import Scene

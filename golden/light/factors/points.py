@@ -6,7 +6,7 @@ of 4 x 3 coordinates, or of 4 x 3 x K.
 
 import numpy as np
 
-from golden.compiled import compiled
+from golden.base.compiled import compiled
 
 __all__ = ["REPLICATES", "cosine_direction", "depart", "join_by_direction", "join_by_points", "point_on", "ray",
            "segment_by_direction", "segment_by_points", "sequence", "weighted_point_on"]

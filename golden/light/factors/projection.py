@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.factors.entry_pairs import entry_pairs
 from golden.light.factors.join import Estimate
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from golden.cast.frame import frame
 from golden.cast.rays import Rays
-from golden.frustum import frame
 from golden.light.factors.coincident_fronts import CoincidentFronts
 from golden.light.factors.groups import surface_numbers
 from golden.light.factors.points import REPLICATES

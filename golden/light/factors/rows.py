@@ -5,9 +5,9 @@ from numbers import Real
 import numpy as np
 from scipy import sparse
 
+from golden.base.compiled import is_compiler_active
+from golden.base.errors import InputError
 from golden.cast.rays import Rays
-from golden.compiled import is_compiler_active
-from golden.errors import InputError
 from golden.light.factors.coincident_fronts import CoincidentFronts
 from golden.light.factors.draws import hemisphere_rays
 from golden.light.factors.exact_sky import FEW_TESTS, exact_sky

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.frustum import frame
+from golden.cast.frame import frame
 from golden.scene.scene import Scene
 
 __all__ = ["Sides"]

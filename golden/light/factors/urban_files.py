@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from golden.base.output import whole_file
 from golden.light.factors.view_factors import ViewFactors
-from golden.output import whole_file
 
 __all__ = ["URBAN", "urban_paths", "write_urban"]
 

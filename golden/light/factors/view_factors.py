@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from golden.errors import InputError
-from golden.output import check_outputs, whole_file
-from golden.plural import counted
+from golden.base.errors import InputError
+from golden.base.output import check_outputs, whole_file
+from golden.base.plural import counted
 
 if TYPE_CHECKING:
     import pandas

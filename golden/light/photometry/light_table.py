@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from golden.base.output import whole_file
 from golden.light.indirect import IndirectLight
 from golden.light.photometry.quantities import lux
-from golden.output import whole_file
 from golden.scene.scene import Scene
 
 __all__ = ["patch_rows", "write_table"]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.photometry.sensors import Sensors
 from golden.scene.parser import check_regular
 

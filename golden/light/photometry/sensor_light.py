@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from golden.cast.hemisphere import Hemisphere
 from golden.cast.methods import shadow_caster
-from golden.frustum import Hemisphere
 from golden.light.direct import DirectLight
 from golden.light.final_gather import FinalGather
 from golden.light.indirect import IndirectLight

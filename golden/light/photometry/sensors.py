@@ -5,8 +5,8 @@ from numbers import Integral
 
 import numpy as np
 
+from golden.base.errors import InputError
 from golden.cast.rays import Rays
-from golden.errors import InputError
 from golden.scene.scene import Scene
 
 __all__ = ["Sensors"]

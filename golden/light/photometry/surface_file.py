@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from golden.base.output import whole_file
 from golden.light.indirect import IndirectLight
 from golden.light.photometry.quantities import lux
 from golden.light.tone import automatic_exposure
-from golden.output import whole_file
 from golden.scene.export import Y_UP, rotation_between
 from golden.scene.scene import Scene
 

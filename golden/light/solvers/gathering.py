@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy import sparse
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.solvers.iteration import TOLERANCE, Solution, State, iterate
 from golden.light.solvers.system import RadiositySystem
 

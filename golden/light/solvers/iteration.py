@@ -6,8 +6,8 @@ from itertools import islice
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.progress_bar import progress_bar
+from golden.base.errors import InputError
+from golden.base.progress_bar import progress_bar
 
 __all__ = ["TOLERANCE", "Solution", "State", "iterate"]
 

@@ -6,7 +6,7 @@ from numbers import Integral, Real
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.solvers.iteration import Solution, State, iterate
 from golden.light.solvers.shooting import shots
 from golden.light.solvers.system import RadiositySystem

@@ -8,7 +8,7 @@ from itertools import count
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.solvers.iteration import TOLERANCE, Solution, State, iterate
 from golden.light.solvers.system import RadiositySystem
 

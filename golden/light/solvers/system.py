@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 
 __all__ = ["RadiositySystem"]
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from importlib import import_module
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.scene import Scene
 
 __all__ = ["BUILTIN", "BuiltinScene", "builtin_scene"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin.shapes import FACES, box
 from golden.scene.camera import Camera

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.file_text import lines_of
 from golden.scene.file_text import number as number_of
 from golden.scene.luminaires.photometry_file import LARGEST, MOST_ANGLES, PhotometryFile, Words, mirrored

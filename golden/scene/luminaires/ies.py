@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.input_warnings import warn
+from golden.base.errors import InputError
+from golden.base.input_warnings import warn
 from golden.scene.file_text import lines_of
 from golden.scene.luminaires.photometry_file import PhotometryFile, Words, mirrored
 from golden.scene.unused import Unused

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.input_warnings import caught_warnings, warn
+from golden.base.errors import InputError
+from golden.base.input_warnings import caught_warnings, warn
 from golden.scene.lights import PointLight
 from golden.scene.luminaires.eulumdat import read_eulumdat
 from golden.scene.luminaires.ies import read_ies

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.file_text import number as number_of
 
 __all__ = ["LARGEST", "PhotometryFile", "Words", "mirrored"]

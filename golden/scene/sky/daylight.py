@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from golden.errors import InputError
-from golden.input_warnings import warn
+from golden.base.errors import InputError
+from golden.base.input_warnings import warn
 from golden.scene.lights import DirectionalLight
 from golden.scene.material import BRIGHTEST
 from golden.scene.scene import Scene

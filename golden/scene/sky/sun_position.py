@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 
 __all__ = ["sun_position"]
 

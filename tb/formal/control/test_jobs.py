@@ -2,7 +2,7 @@
 
 from amaranth.hdl import Assert, Assume, Cover, Signal
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.control.completion_writer import CompletionWriter
 from hw.control.frustum_slot import FrustumSlot
 from tb.formal.bench import Bench, transfers

@@ -2,7 +2,7 @@
 
 from amaranth.hdl import Array, Assert, Assume, Cat, Cover, Signal
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.icu.ray_memory import BANKS, RayMemory
 from hw.lib.generations import Generations
 from tb.formal.bench import Bench, transfers

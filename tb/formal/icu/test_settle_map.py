@@ -2,7 +2,7 @@
 
 from amaranth.hdl import Array, Assert, Assume, Cat, Cover, Mux, Signal
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.icu.icu_tables import scale
 from hw.icu.settle_map import SettleMap
 from hw.lib.generations import Generations

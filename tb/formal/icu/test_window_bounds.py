@@ -1,6 +1,6 @@
 from amaranth.hdl import Assert, Assume, Cat, Cover, Signal
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.icu.ic_ray_generator import IcRayGenerator
 from tb.formal.bench import Bench
 from tb.formal.declare import Claim, Control, declare

@@ -2,12 +2,12 @@
 
 from amaranth.hdl import Assert, Assume, Cover, Signal
 
-from golden.config import PRESETS
-from hw.memsys.fault import Fault
-from hw.memsys.main_memory_port import MainMemoryPort
-from hw.memsys.read_buffer import ReadBuffer
-from hw.memsys.read_engine import ReadEngine
-from hw.memsys.write_engine import WriteEngine
+from golden.engine.config import PRESETS
+from hw.memsys.port.fault import Fault
+from hw.memsys.port.main_memory_port import MainMemoryPort
+from hw.memsys.port.read_buffer import ReadBuffer
+from hw.memsys.port.read_engine import ReadEngine
+from hw.memsys.port.write_engine import WriteEngine
 from hw.registers.register import Access, Register
 from hw.registers.registers import Registers
 from tb.axi.axi_lite_protocol import AxiLiteProtocol

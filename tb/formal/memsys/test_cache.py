@@ -3,9 +3,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from golden.config import PRESETS
-from hw.memsys.cache import Cache
-from hw.memsys.cache_policy import CachePolicy
+from golden.engine.config import PRESETS
+from hw.memsys.bus.cache import Cache
+from hw.memsys.bus.cache_policy import CachePolicy
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.stream_rules import add_rules

@@ -1,6 +1,6 @@
 from amaranth.hdl import Array, Assert, Assume, Cat, Cover, Signal
 
-from hw.memsys.deferred_store import DeferredStore
+from hw.memsys.patches.deferred_store import DeferredStore
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.stream_rules import add_rules

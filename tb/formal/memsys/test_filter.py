@@ -4,7 +4,7 @@ from amaranth.hdl import Assert, Assume, Const, Cover, Module, Signal
 
 from hw.lib.generations import Generations
 from hw.lib.update_memory import UpdateMemory
-from hw.memsys.filter import Filter
+from hw.memsys.patches.filter import Filter
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.source_fault import source_fault, with_parts

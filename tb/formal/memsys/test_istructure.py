@@ -12,7 +12,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
-from hw.memsys.istructure import IStructure
+from hw.memsys.patches.istructure import IStructure
 from tb.formal.bench import Bench, transfers
 from tb.formal.connect_ports import connect_ports
 from tb.formal.declare import Claim, Control, declare

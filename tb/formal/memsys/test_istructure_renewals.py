@@ -2,7 +2,7 @@
 
 from amaranth.hdl import Assert, Assume, Cover, Signal
 
-from hw.memsys.istructure import IStructure
+from hw.memsys.patches.istructure import IStructure
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.memsys.test_istructure import CLOSING, REFUSAL

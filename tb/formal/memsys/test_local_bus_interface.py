@@ -1,10 +1,10 @@
 from amaranth.hdl import Assert, Assume, Cover, Mux, Signal
 from amaranth.lib import data
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.lib.credit_gate import CreditGate
-from hw.memsys.local_bus_interface import LocalBusInterface
-from hw.memsys.path_formats import BEATS, PathFormats, RequestKind
+from hw.memsys.patches.local_bus_interface import LocalBusInterface
+from hw.memsys.patches.path_formats import BEATS, PathFormats, RequestKind
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.source_fault import with_parts

@@ -1,11 +1,11 @@
 from amaranth.hdl import Assert, Assume, Cover, Signal
 from amaranth.lib.data import StructLayout
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.lib.queue import Queue
-from hw.memsys.burst_splitter import BurstSplitter
-from hw.memsys.read_engine import ReadEngine
-from hw.memsys.write_engine import WriteEngine
+from hw.memsys.port.burst_splitter import BurstSplitter
+from hw.memsys.port.read_engine import ReadEngine
+from hw.memsys.port.write_engine import WriteEngine
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.stream_rules import add_rules

@@ -1,7 +1,7 @@
 from amaranth.hdl import Assert, Assume, Cover, Signal
 
-from golden.config import PRESETS
-from hw.memsys.main_memory_port import MainMemoryPort
+from golden.engine.config import PRESETS
+from hw.memsys.port.main_memory_port import MainMemoryPort
 from tb.formal.bench import Bench
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.stream_rules import add_rules

@@ -1,8 +1,8 @@
 from amaranth.hdl import Array, Assert, Assume, Const, Cover, Mux, Signal
 
 from hw.lib.update_memory import UpdateMemory
-from hw.memsys.lfu_placement import LfuPlacement
-from hw.memsys.set_placement import SetPlacement
+from hw.memsys.bus.lfu_placement import LfuPlacement
+from hw.memsys.bus.set_placement import SetPlacement
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.source_fault import with_parts

@@ -1,6 +1,6 @@
 from amaranth.hdl import Assert, Assume, Cover, Signal
 
-from hw.memsys.work_count import WorkCount
+from hw.memsys.patches.work_count import WorkCount
 from tb.formal.bench import Bench
 from tb.formal.declare import Claim, Control, declare
 

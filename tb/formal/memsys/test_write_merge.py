@@ -5,9 +5,9 @@ ever.
 from amaranth.hdl import Assert, Assume, Cover, Signal
 from amaranth.lib.data import StructLayout
 
-from golden.config import PRESETS
+from golden.engine.config import PRESETS
 from hw.lib.queue import Queue
-from hw.memsys.write_merge import DEPTH, WriteMerge
+from hw.memsys.port.write_merge import DEPTH, WriteMerge
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.fifo_order import add_fifo_order

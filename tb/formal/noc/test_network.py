@@ -1,7 +1,7 @@
 from amaranth.hdl import Assert, Assume, Cover, Signal
 
-from golden.noc.routing import route
-from golden.noc.topology import Topology
+from golden.engine.noc.routing import route
+from golden.engine.noc.topology import Topology
 from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.network import Network
 from tb.formal.bench import Bench

@@ -2,8 +2,8 @@ from types import SimpleNamespace
 
 from amaranth.hdl import Assert, Assume, Cover, Module, Signal
 
-from golden.noc.routing import route
-from golden.noc.topology import Topology
+from golden.engine.noc.routing import route
+from golden.engine.noc.topology import Topology
 from hw.lib.arbiter import ArbiterPolicy
 from hw.lib.round_robin import RoundRobin
 from hw.noc.input_queue import InputQueue

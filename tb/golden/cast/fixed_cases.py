@@ -2,12 +2,14 @@
 
 import numpy as np
 
-from golden.frustum import FrustumRecord, Hemisphere, Screen, hemisphere_record, screen_record
+from golden.cast.hemisphere import Hemisphere
+from golden.cast.screen import Screen
+from golden.engine.frustum import FrustumRecord, hemisphere_record, screen_record
+from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene import Camera, Material, Scene
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
-from golden.scene.patch_geometry import PatchGeometry
-from tb.golden.icu.patches import CONFIG
+from tb.golden.engine.icu.patches import CONFIG
 from tb.golden.soups import soup
 
 __all__ = ["WHERE", "hemisphere_in", "long_edge", "room", "screen_in", "soup_case"]

@@ -4,17 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.cast.naive_fixed import NaiveFixed
-from golden.cast.shelling import Shelling
-from golden.frustum import Hemisphere, Screen
-from golden.frustum.record import FrustumRecord, hemisphere_record, screen_record
+from benchmarks.viewpoints import CONFIG, halves, random_origin
+from golden.cast.hemisphere import Hemisphere
+from golden.cast.screen import Screen
+from golden.engine.cast.naive_fixed import NaiveFixed
+from golden.engine.cast.shelling import Shelling
+from golden.engine.frustum.record import FrustumRecord, hemisphere_record, screen_record
+from golden.engine.scene.g_coordinates import GCoordinates
+from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene.builder import SceneBuilder
 from golden.scene.camera import Camera
-from golden.scene.g_coordinates import GCoordinates
 from golden.scene.material import Material
-from golden.scene.patch_geometry import PatchGeometry
 from golden.scene.scene import Scene
-from radiosity.benchmarks.viewpoints import CONFIG, halves, random_origin
 from tb.golden.soups import soup
 
 __all__ = ["CELLS", "CONFIG", "RandomFrustum", "halves", "random_frustum", "random_origin", "room", "speckled_frustum"]

@@ -8,11 +8,11 @@ nearer one.
 
 import numpy as np
 
-from golden.ctu.cell_traversal import POSITION_FRACTION, Traversal
-from golden.ctu.grid_rays import FRACTION
-from golden.ctu.unit import CellTraversalUnit
-from golden.frustum import FrustumRecord
-from golden.memsys.cell_table import CellTable
+from golden.engine.ctu.cell_traversal import POSITION_FRACTION, Traversal
+from golden.engine.ctu.grid_rays import FRACTION
+from golden.engine.ctu.unit import CellTraversalUnit
+from golden.engine.frustum import FrustumRecord
+from golden.engine.memsys.patches.cell_table import CellTable
 from golden.scene.scene import Scene
 from tb.golden.cast.frusta import CELLS, room
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.cast.density import Density, Level
-from golden.cast.fixed_frusta import NaiveFixedFrusta
-from golden.errors import InputError
-from golden.frustum import Hemisphere
+from golden.cast.hemisphere import Hemisphere
+from golden.engine.cast.fixed_frusta import NaiveFixedFrusta
 from golden.light.analytic import point_to_polygon
 from golden.light.form_factors import hemisphere_sums, patch_columns
 from golden.scene.builtin.shapes import box

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.cast.methods import FRUSTUM_METHODS, frustum_caster
+from golden.engine.cast.methods import FRUSTUM_METHODS, frustum_caster
 from golden.light.form_factors import PatchRows
 from golden.scene.material import Material
 from golden.scene.scene import Scene

@@ -8,15 +8,17 @@ patch at the distance at which it meets the plane, up to two cells before the ne
 import numpy as np
 import pytest
 
-from golden.cast.naive_fixed import NaiveFixed
-from golden.ctu import margins
-from golden.ctu.unit import CellTraversalUnit
-from golden.frustum import Hemisphere, frame, hemisphere_record
-from golden.icu.inverse_distance import decode
-from golden.memsys.cell_table import CellTable
+from golden.cast.frame import frame
+from golden.cast.hemisphere import Hemisphere
+from golden.engine.cast.naive_fixed import NaiveFixed
+from golden.engine.ctu import margins
+from golden.engine.ctu.unit import CellTraversalUnit
+from golden.engine.frustum import hemisphere_record
+from golden.engine.icu.inverse_distance import decode
+from golden.engine.memsys.patches.cell_table import CellTable
+from golden.engine.scene.g_coordinates import GCoordinates
+from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene.builtin import builtin_scene
-from golden.scene.g_coordinates import GCoordinates
-from golden.scene.patch_geometry import PatchGeometry
 from tb.golden.cast.frusta import CELLS, CONFIG, RandomFrustum, room
 from tb.golden.cast.shutters import shuttered, stays
 

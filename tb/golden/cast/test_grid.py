@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.rays import Rays
-from golden.errors import InputError
 from golden.scene.builtin import builtin_scene
 from tb.golden.soups import axis_rays, closed_mesh, random_rays, soup
 

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.rays import Rays
-from golden.errors import InputError
 from golden.scene import Material
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene

@@ -3,8 +3,8 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.cast.known_patches import hits_of_patches
+from golden.cast.oracle import Oracle
 from golden.cast.rays import Rays
-from golden.oracle import Oracle
 from golden.scene.builtin import builtin_scene
 from golden.scene.material import Material
 from tb.golden.light.scenes import rectangle, scene_of

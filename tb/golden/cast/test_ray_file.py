@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.cast.ray_file import read_rays, write_hits
 from golden.cast.rays import Hits
-from golden.errors import InputError
 
 ORIGIN = np.array([[0.0, 0, 0], [1, 2, 3]])
 DIRECTION = np.array([[0.0, 0, 1], [1, 0, 0]])

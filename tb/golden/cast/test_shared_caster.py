@@ -4,11 +4,12 @@ import weakref
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.cast import shared_caster as module
-from golden.cast.methods import FRUSTUM_METHODS, RAY_METHODS, frustum_caster, ray_caster
+from golden.cast.default_camera import default_camera
+from golden.cast.methods import RAY_METHODS, ray_caster
 from golden.cast.shared_caster import SHARED, default_method, shared_caster
-from golden.errors import InputError
-from golden.scene.view import default_camera
+from golden.engine.cast.methods import FRUSTUM_METHODS, frustum_caster
 from tb.golden.light.cube import cube
 
 

@@ -11,17 +11,19 @@ import numpy as np
 import pytest
 
 from golden.cast.embree import Embree
-from golden.cast.naive_fixed import NaiveFixed
+from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Rays
-from golden.cast.shelling import Shelling
-from golden.frustum import Hemisphere, Screen, hemisphere_record, screen_record
-from golden.icu.inverse_distance import decode
+from golden.cast.screen import Screen
+from golden.engine.cast.naive_fixed import NaiveFixed
+from golden.engine.cast.shelling import Shelling
+from golden.engine.frustum import hemisphere_record, screen_record
+from golden.engine.icu.inverse_distance import decode
+from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene import Camera, Material
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
-from golden.scene.patch_geometry import PatchGeometry
 from tb.golden.cast.textbook import Textbook, hemisphere_directions, screen_directions
-from tb.golden.icu.patches import CONFIG
+from tb.golden.engine.icu.patches import CONFIG
 from tb.golden.soups import soup
 
 ANGLE = 12 * 2.0**-17 + np.sqrt(3) * 2.0**-17

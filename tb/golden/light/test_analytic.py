@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.analytic import point_to_polygon, polygon_to_polygon
 from golden.light.closed_forms import b_4, b_5, c_11, c_14, c_41
 from tb.golden.light.cube import FACES, cube

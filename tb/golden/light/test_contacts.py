@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.cast.grid import Grid
-from golden.frustum import Hemisphere
+from golden.cast.hemisphere import Hemisphere
 from golden.light.analytic import point_to_polygon
 from golden.light.final_gather import FinalGather
 from golden.light.indirect import indirect_light

@@ -6,10 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from golden.base.errors import InputError
+from golden.base.spread import in_turn
+from golden.cast.frame import frame
 from golden.cast.grid import Grid
+from golden.cast.hemisphere import Hemisphere
 from golden.cast.naive import Naive
-from golden.errors import InputError
-from golden.frustum import Hemisphere, frame
 from golden.light import form_factors
 from golden.light.analytic import point_to_polygon
 from golden.light.closed_forms import b_4, c_11, c_14, c_41
@@ -18,7 +20,6 @@ from golden.light.glass import ClearRays, Glass
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
 from golden.scene.material import Material
-from golden.spread import in_turn
 from tb.golden.light.cube import cube
 from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.hemisphere_factors import hemisphere_factors

@@ -5,13 +5,13 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from golden.cast.grid import Grid
+from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Rays
-from golden.frustum import Hemisphere
 from golden.light.analytic import point_to_polygon
 from golden.light.form_factors import hemisphere_sums
 from golden.light.glass import SHEETS, ClearRays, Glass
 from golden.light.photometry.sensors import Sensors
-from golden.light.two_pass import RenderSettings, render
+from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
 from golden.scene.lights import PointLight

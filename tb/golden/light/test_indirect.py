@@ -4,7 +4,8 @@ from PIL import Image
 from scipy import sparse
 
 from golden.cast.grid import Grid
-from golden.frustum import Hemisphere, Screen
+from golden.cast.hemisphere import Hemisphere
+from golden.cast.screen import Screen
 from golden.light import indirect
 from golden.light.analytic import point_to_polygon
 from golden.light.closed_forms import c_11, c_14

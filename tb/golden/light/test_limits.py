@@ -4,8 +4,9 @@ from functools import partial
 import numpy as np
 import pytest
 
+from golden.base.errors import InputWarning
+from golden.base.summary import summary
 from golden.cast.grid import Grid
-from golden.errors import InputWarning
 from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights, warn_of_tiny_patches
 from golden.light.near_lights import RESOLVED, NearPairs, near_knots
 from golden.scene.builtin.shapes import box
@@ -13,9 +14,8 @@ from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.scene.refine import refine
 from golden.scene.tessellate import sphere
-from golden.summary import summary
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
-from tb.golden.light.test_two_pass import looking, picture
+from tb.golden.render.test_two_pass import looking, picture
 
 GREY = Material(name="grey", diffuse=(0.5, 0.5, 0.5))
 LAMP = Material(name="panel", emission=(1, 1, 1))
@@ -85,7 +85,7 @@ def test_a_light_before_or_beside_a_surface_is_not_in_it(place):
     assert not found
 
 
-@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::golden.base.errors.InputWarning")
 def test_an_image_names_what_is_missing_in_it():
     mirror, glass = Material(name="mirror", specular=(1, 1, 1)), Material(name="glass", transparent=(1, 1, 1))
     ball = sphere((0, 0, 1), 0.5, segments=8)

@@ -5,7 +5,7 @@ import pytest
 
 from golden.cast.grid import Grid
 from golden.light.near_lights import NearPairs, near_knots
-from golden.light.two_pass import RenderSettings, render
+from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
 from golden.scene.material import Material

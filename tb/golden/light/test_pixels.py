@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from golden.light import pixels, two_pass
-from golden.light.two_pass import RenderSettings, render
+from golden.light import pixels
+from golden.render import two_pass
+from golden.render.two_pass import RenderSettings, render
 from golden.scene.camera import Camera
 from golden.scene.material import Material
 from tb.golden.light.scenes import BLACK, rectangle, scene_of

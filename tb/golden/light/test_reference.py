@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from golden.cast.naive import Naive
-from golden.frustum import Screen
-from golden.image import write_exr
-from golden.light.two_pass import RenderSettings, render
+from golden.cast.screen import Screen
+from golden.light.image import write_exr
+from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
 
 SIZE, BLOCK = 128, 8

@@ -2,9 +2,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from golden.base.spread import in_turn
 from golden.cast.rays import Hits, Rays
 from golden.light.tally import Tally
-from golden.spread import in_turn
 
 
 class Half:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.tone import CURVES, automatic_exposure, luminance, tone_map
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.camera import LARGEST, Camera
 
 

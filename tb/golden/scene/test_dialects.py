@@ -49,7 +49,7 @@ def test_a_file_says_the_same_in_every_dialect(tmp_path, name, examples):
     reads()
 
 
-@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::golden.base.errors.InputWarning")
 @pytest.mark.parametrize("examples", [40, MANY])
 @pytest.mark.parametrize("name", DIALECTS)
 def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, name, examples):

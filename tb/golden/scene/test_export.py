@@ -7,7 +7,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
 from golden.scene.export import FORMATS, export_scene, rotation_between

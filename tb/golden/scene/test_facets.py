@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.load import load_scene
 from golden.scene.open import open_scene
 

@@ -4,7 +4,7 @@ import copy
 
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.gltf_tree import check_tree
 
 COLOUR, NUMBER = "a list of 3 numbers", "a finite number"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.builtin import builtin_scene
 from golden.scene.halve import MOST_PATCHES, halved
 from tb.golden.light.drawn_scenes import unequal_scenes

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.builtin import builtin_scene
 from golden.scene.lights import Cone, DirectionalLight, PointLight
 from golden.scene.load import load_scene

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from golden.errors import InputError, InputWarning
+from golden.base.errors import InputError, InputWarning
 from golden.scene.load import load_scene
 
 BOX = [(0, 0, 0), (2, 0, 0), (2, 3, 0), (0, 3, 0), (0, 0, 1), (2, 0, 1), (2, 3, 1), (0, 3, 1)]

@@ -28,7 +28,7 @@ def assert_is(material, *, diffuse, specular, transparent, emission, index):
     assert material.refraction_index == pytest.approx(index)
 
 
-@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::golden.base.errors.InputWarning")
 @settings(SETTINGS, max_examples=100)
 @given(stated(Kd=COLOUR, Ks=COLOUR, Tf=COLOUR, Ke=COLOUR, Ni=INDEX, d=SHARE, Tr=SHARE,
               Ns=st.sampled_from((0, 499.99, 500, 1000)), illum=st.integers(0, 9)))

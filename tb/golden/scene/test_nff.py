@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError, InputWarning
+from golden.base.errors import InputError, InputWarning
 from golden.scene.nff import read_nff
 
 VIEW = """v

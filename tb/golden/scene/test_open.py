@@ -1,6 +1,6 @@
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.builtin import builtin_scene
 from golden.scene.export import export_scene
 from golden.scene.open import open_scene

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from golden.errors import InputWarning
+from golden.base.errors import InputWarning
 from golden.scene.builtin import builtin_scene
 from golden.scene.overlaps import overlaps, warn_of_overlaps
 from tb.golden.light.scenes import BLACK, rectangle, scene_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.appearance import from_srgb
 from golden.scene.ply import read_ply
 from tb.golden.scene.dialects import DAMAGES, damaged
@@ -18,7 +18,7 @@ def place(tmp_path_factory):
     return tmp_path_factory.mktemp("ply") / "a.ply"
 
 
-@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::golden.base.errors.InputWarning")
 @pytest.mark.parametrize("examples", [40, pytest.param(500, marks=pytest.mark.nightly)])
 def test_vertices_corners_and_colours_are_read_whatever_their_types_and_order(place, examples):
     settings(SETTINGS, max_examples=examples)(given(file=ply_files())(lambda file: reads(place, file)))()
@@ -58,7 +58,7 @@ def triangles(strip):
     return found
 
 
-@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::golden.base.errors.InputWarning")
 @settings(SETTINGS, max_examples=12)
 @given(file=ply_files())
 def test_a_file_without_its_last_byte_is_refused_or_ends_in_a_word(place, file):
@@ -70,7 +70,7 @@ def test_a_file_without_its_last_byte_is_refused_or_ends_in_a_word(place, file):
             read_ply(place)
 
 
-@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::golden.base.errors.InputWarning")
 @pytest.mark.parametrize("examples", [40, pytest.param(500, marks=pytest.mark.nightly)])
 def test_a_damaged_file_is_read_or_refused_in_one_line(place, examples):
     @settings(SETTINGS, max_examples=examples)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.adjacency import inside_out, patch_normals, shared_edges, smooth_numbers, surface_numbers
 from golden.scene.polygons import as_patches, cut_polygon, is_convex_quad, merge_triangles, split_nonplanar
 from tb.lib.schedules import SETTINGS

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.material import Material
 from golden.scene.refine import MOST_ELEMENTS, refine
 from golden.scene.scene import Scene

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.tessellate import bezier, frustum, revolution, sphere, square
 from tb.golden.scene.closed import assert_closed, assert_good_patches
 

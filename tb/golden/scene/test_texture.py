@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from golden.errors import InputError, InputWarning
+from golden.base.errors import InputError, InputWarning
 from golden.scene.appearance import from_srgb
 from golden.scene.load import load_scene
 from golden.scene.texture import MOST_PIXELS, Texture, join_halves
-from tb.golden.commands.runner import run
 from tb.golden.scene.test_load import gltf, refusal, write
+from tb.radiosity.cli.golden.runner import run
 
 RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)
 ATLAS = Image.fromarray(np.kron(np.array([[RED, GREEN], [BLUE, WHITE]], dtype=np.uint8),

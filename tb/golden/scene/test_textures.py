@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from golden.errors import InputError, InputWarning
+from golden.base.errors import InputError, InputWarning
 from golden.scene.appearance import from_srgb
 from golden.scene.halve import halved
 from golden.scene.load import load_scene

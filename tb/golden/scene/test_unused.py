@@ -7,14 +7,14 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from PIL import Image
 
-from golden.errors import InputWarning
+from golden.base.errors import InputWarning
 from golden.scene.builtin import builtin_scene
 from golden.scene.gltf_tree import MOST_FACES, MOST_PRIMITIVES, MOST_ZEROS
 from golden.scene.load import load_scene
 from golden.scene.luminaires.luminaire import Luminaire
-from tb.golden.commands.runner import run
 from tb.golden.scene.luminaires.texts import eulumdat, ies
 from tb.golden.scene.test_load import BOX, BOX_QUADS, ELL, FORMATS, SQUARE, gltf, obj, ply, refusal, write
+from tb.radiosity.cli.golden.runner import run
 
 SUN = {"KHR_lights_punctual": {"lights": [{"type": "laser", "range": 3},
                                           {"type": "spot", "spot": {"innerConeAngle": 1, "outerConeAngle": 0.5}}]}}
@@ -215,7 +215,7 @@ HOSTILE = {
 }
 
 
-@pytest.mark.filterwarnings("ignore::golden.errors.InputWarning")
+@pytest.mark.filterwarnings("ignore::golden.base.errors.InputWarning")
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_text_that_claims_much_takes_no_memory(tmp_path, name):
     content, says = HOSTILE[name]

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from golden.errors import InputWarning
+from golden.base.errors import InputWarning
 from golden.light.factors.sky_division import SkyDivision
 from golden.scene.export import export_scene
 from golden.scene.luminaires.luminaire import Luminaire
@@ -13,7 +13,7 @@ from golden.scene.material import Material
 from golden.scene.open import open_scene
 from golden.scene.sky.daylight import Daylight
 from golden.scene.zenith import warn_of_upright_floors, zenith_line
-from golden.tasks.render import View
+from radiosity.tasks.render import View
 from tb.golden.light.scenes import rectangle, scene_of
 from tb.golden.scene.luminaires.texts import ies
 from tb.golden.scene.test_load import write

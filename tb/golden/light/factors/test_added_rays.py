@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from golden import view_factors
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.factors.added_rays import combined, runs_of
 from golden.light.factors.view_factors import ViewFactors
 from golden.scene.builtin import builtin_scene

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.view_factor_cases import BARRIER
 from golden.light.factors.coincident_fronts import CoincidentFronts
 from golden.light.factors.sides import Sides
-from radiosity.benchmarks.view_factor_cases import BARRIER
 from tb.golden.light.factors.test_rows import rows_of
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.cast.grid import Grid
-from golden.errors import InputError
 from golden.light.factors import blocks
 from golden.light.factors.blocks import BlockStore, scene_key
 from golden.light.factors.compute import compute_view_factors

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.factors import exchange
 from golden.light.factors.exchange import STEFAN_BOLTZMANN, net_exchange, script_f
 from golden.light.factors.view_factors import ViewFactors

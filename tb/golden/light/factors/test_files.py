@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 from scipy.io import netcdf_file
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.factors import netcdf_file as netcdf
 from golden.light.factors.files import (
     check_view_factors_output,

@@ -7,7 +7,7 @@ import trimesh
 from scipy import sparse
 
 from golden import view_factors
-from golden.errors import InputError, InputWarning
+from golden.base.errors import InputError, InputWarning
 from golden.light.closed_forms import c_11
 from golden.light.factors import interface
 from golden.light.factors.files import read_view_factors

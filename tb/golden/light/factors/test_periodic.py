@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.cast.grid import Grid
-from golden.errors import InputError
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.periodic import PeriodicRows, tiled
 from golden.scene.material import Material

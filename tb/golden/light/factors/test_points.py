@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from golden.frustum import frame
+from golden.cast.frame import frame
 from golden.light.factors import points
 from golden.light.factors.points import REPLICATES
 from golden.light.sampling import mix, uniform

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.factors.join import Estimate
 from golden.light.factors.projection import _SLACKS, _Problem, project
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from tb.golden.light.factors.samples import three_sides
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.view_factor_cases import visible_factor
 from golden.cast.grid import Grid
 from golden.light.closed_forms import c_11
 from golden.light.factors import visibility
@@ -8,7 +9,6 @@ from golden.light.factors.draws import segments_by_direction
 from golden.light.factors.pair_factors import exchange_areas
 from golden.light.factors.sides import Sides
 from golden.light.factors.visibility import visible_shares
-from radiosity.benchmarks.view_factor_cases import visible_factor
 from tb.golden.light.factors.plates import plates
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.light.photometry.sensors import Sensors
-from golden.light.two_pass import RenderSettings, render
+from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
 from golden.scene.lights import PointLight

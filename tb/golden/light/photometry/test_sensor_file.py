@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.photometry.sensor_file import MOST, read_sensors
 from tb.lib.schedules import SETTINGS
 

@@ -3,7 +3,7 @@ import pytest
 
 from golden.light.analytic import point_to_polygon
 from golden.light.photometry.sensors import Sensors
-from golden.light.two_pass import RenderSettings, render
+from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin.furnace import furnace
 from golden.scene.camera import Camera
 from golden.scene.lights import DirectionalLight, PointLight

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.cast.naive import Naive
-from golden.errors import InputError
 from golden.light.photometry.sensors import Sensors
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 

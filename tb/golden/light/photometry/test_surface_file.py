@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from golden.cast.grid import Grid
-from golden.frustum import Hemisphere
+from golden.cast.hemisphere import Hemisphere
 from golden.light.indirect import indirect_light
 from golden.light.photometry.quantities import lux
 from golden.light.photometry.surface_file import write_surfaces

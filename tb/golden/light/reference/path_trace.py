@@ -10,8 +10,8 @@ import click
 import mitsuba
 import numpy as np
 
+from benchmarks.path_tracer import PathTracer
 from golden.scene.builtin import builtin_scene
-from radiosity.benchmarks.path_tracer import PathTracer
 
 SIZE = 128
 # Paths of a pixel in one run, which bounds memory.

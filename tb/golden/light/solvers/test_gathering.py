@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.solvers.gathering import gauss_jacobi, gauss_seidel, over_relaxation
 from tb.golden.light.solvers.systems import duct, furnace, lit_cube
 

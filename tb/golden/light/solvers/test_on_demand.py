@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.solvers import RadiositySystem
 from golden.light.solvers.on_demand import Shooting, shoot
 from tb.golden.light.solvers.systems import exact, lit_cube

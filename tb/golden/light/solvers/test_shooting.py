@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.solvers import RadiositySystem
 from golden.light.solvers.shooting import ambient_overshooting, progressive_refinement, proximity_refinement
 from tb.golden.light.solvers.systems import CUTS, DUCT_FACTORS, duct, exact, furnace, lit_cube

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.solvers import SOLVERS, TOLERANCE, RadiositySystem
 from tb.golden.light.solvers.systems import (
     CUTS,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.light.solvers import SOLVERS, RadiositySystem
 from tb.golden.light.solvers.systems import DUCT_FACTORS, DUCT_RADIOSITY, duct
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.builtin.furnace import furnace
 from tb.golden.scene.builtin.solids import is_closed, volume
 

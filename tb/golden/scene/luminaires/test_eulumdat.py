@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.luminaires.eulumdat import read_eulumdat
 from tb.golden.scene.luminaires.texts import eulumdat, eulumdat_dialects
 from tb.golden.scene.luminaires.webs import folded, symmetric_tables

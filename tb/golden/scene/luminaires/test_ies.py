@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from golden.errors import InputError, InputWarning
+from golden.base.errors import InputError, InputWarning
 from golden.scene.luminaires.ies import read_ies
 from golden.scene.luminaires.photometric_web import PhotometricWeb
 from tb.golden.scene.luminaires.texts import ies, ies_dialects

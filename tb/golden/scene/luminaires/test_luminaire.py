@@ -4,16 +4,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError, InputWarning
 from golden.cast.naive import Naive
-from golden.errors import InputError, InputWarning
 from golden.light.direct import DirectLight
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
 from golden.scene.lights import PointLight
 from golden.scene.luminaires.luminaire import Luminaire
-from golden.tasks import render
-from golden.tasks.render import View
+from radiosity.tasks import render
+from radiosity.tasks.render import View
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 from tb.golden.scene.luminaires.texts import eulumdat, ies
 from tb.golden.scene.test_load import write

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.luminaires.photometric_web import PhotometricWeb
 from tb.golden.scene.luminaires.webs import intensity, web_tables
 from tb.lib.schedules import SETTINGS

@@ -3,8 +3,8 @@ import warnings
 import numpy as np
 import pytest
 
-from golden.errors import InputError, InputWarning
-from golden.frustum import Hemisphere
+from golden.base.errors import InputError, InputWarning
+from golden.cast.hemisphere import Hemisphere
 from golden.scene.sky.daylight import Daylight
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.frustum import Hemisphere
+from golden.cast.hemisphere import Hemisphere
 from golden.scene.sky.distributions import cie_clear, cie_overcast, perez
 from golden.scene.sky.sky import Sky
 

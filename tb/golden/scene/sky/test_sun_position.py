@@ -2,7 +2,7 @@ from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
 
-from golden.errors import InputError
+from golden.base.errors import InputError
 from golden.scene.sky.sun_position import sun_position
 
 MOUNTAIN = timezone(timedelta(hours=-7))

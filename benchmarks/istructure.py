@@ -1,0 +1,158 @@
+"""What each part between a cluster and the patches that it does not hold is worth: cycles, traffic and area.
+
+``radiosity bench istructure`` simulates machines of preset ``paper`` on which each cluster casts a hemisphere of its
+own, with resident sets of several sizes, and with a patch store whose presence bits defer requests, or block, or that
+has one request in flight, with none, and without a network. It writes out/bench/istructure.md and a chart for each
+number of clusters. Areas are those of docs/figures/history.csv. With ``--calibrate`` it simulates what
+docs/figures/istructure-cycles.csv has of the hardware, and with ``--hardware`` the hardware casts it again.
+"""
+
+from dataclasses import fields
+from functools import cache
+from pathlib import Path
+
+import click
+import numpy as np
+
+from benchmarks.path_area import area_table, equal_area_table, path_area
+from benchmarks.report import cell_text, output_option, provenance, table, write_report
+from benchmarks.shared_hardware import cast_rows, recorded_rows, simulated_rows
+from benchmarks.shared_scene import Access, Outcome, Placement, SharedScene
+from golden.base.output import whole_file
+from radiosity.charts.chart import Line, write_chart
+from radiosity.cli.console import console
+from radiosity.cli.parameters import METHOD_CELL, WholePair
+
+__all__ = ["SCENES", "SHARES", "outcomes_of", "relative"]
+
+SCENES = ("lobby", "room1627", "cubes", "man", "phone", "city:4")
+# Shares of a scene's patches that a cluster has memory for.
+SHARES = {"1/8": 1 / 8, "1/4": 1 / 4, "1/2": 1 / 2}
+_ALL, _CLUSTERS = "all", (1, 4, 16)
+_COUNTS = ("own memory", "store", "other clusters", "cache", "main memory", "deferred", "flits")
+
+# By sets, share and path.
+Outcomes = dict[tuple[Placement, str, Access], Outcome]
+
+
+def outcomes_of(scene: SharedScene, clusters: int, shares: tuple[str, ...] = tuple(SHARES)) -> Outcomes:
+    """The outcomes of all sets and paths; where every cluster holds all patches nothing is requested on any path."""
+    @cache
+    def outcome(home, access):
+        return scene.outcome(clusters, np.frombuffer(home, dtype=np.int64).reshape(clusters, -1), access)
+
+    everywhere = outcome(scene.home(clusters, Placement.EVERYWHERE, 1).tobytes(), Access.NETWORK)
+    found = {(Placement.EVERYWHERE, _ALL, access): everywhere for access in Access}
+    for placement in Placement.DEALT, Placement.DISCOVERY:
+        for name in shares:
+            home = scene.home(clusters, placement, SHARES[name]).tobytes()
+            found |= {(placement, name, access): outcome(home, access) for access in Access}
+    return found
+
+
+def relative(found: list[Outcomes], placement: Placement, share: str, access: Access) -> float:
+    """Cycles over those of clusters that hold all patches: the geometric mean of scenes."""
+    return float(np.exp(np.mean([
+        np.log(one[placement, share, access].cycles / one[Placement.EVERYWHERE, _ALL, access].cycles)
+        for one in found])))
+
+
+def _rows(name, scene, clusters, found):
+    """All outcomes of a scene on so many clusters, with the area of what differs."""
+    for (placement, share, access), one in found.items():
+        if share == _ALL and access is not Access.DEFERRAL:
+            continue
+        area = path_area(scene.patches if share == _ALL else int(np.ceil(SHARES[share] * scene.patches)),
+                         frames=scene.frames, access=access, clusters=clusters)
+        yield [f"`{name}`", clusters, placement.value, share, access.value if share != _ALL else "any",
+               *(f"{getattr(one, field.name):.0f}" for field in fields(Outcome)),
+               *(area if area else ("", ""))]
+
+
+def _summary(found):
+    """Rows by clusters, sets and share: cycles of each path over those of clusters that hold all patches."""
+    return [[clusters, share, placement.value, *(f"{relative(list(each.values()), placement, share, access):.3f}"
+                                                 for access in Access)]
+            for clusters, each in found.items() for share in SHARES
+            for placement in (Placement.DEALT, Placement.DISCOVERY)]
+
+
+def _scene_rows(scenes, found, share):
+    """Of each scene with dealt sets of a share: the most clusters, cycles by path, and traffic of one frustum."""
+    clusters = max(found)
+    for name, one in found[clusters].items():
+        all_held = one[Placement.EVERYWHERE, _ALL, Access.DEFERRAL].cycles
+        deferral = one[Placement.DEALT, share, Access.DEFERRAL]
+        yield [f"`{name}`", scenes[name].patches, f"{scenes[name].cell:g}", scenes[name].frames, f"{all_held:.0f}",
+               *(f"{one[Placement.DEALT, share, access].cycles:.0f}" for access in Access),
+               *(f"{count:.0f}" for count in (deferral.kept, deferral.deferred, deferral.flits, deferral.misses))]
+
+
+def _calibration(folder, hardware):
+    """A table: recorded cycles of the hardware, or those that it takes now, beside simulated ones."""
+    rows, recorded = [], recorded_rows()
+    taken = {row: round(cycles) for row, cycles in cast_rows(recorded)} if hardware else {}
+    for row, simulated in simulated_rows(recorded, folder=folder):
+        cycles = taken.get(row, row.cycles)
+        rows.append([f"`{row.scene}`", row.clusters, row.sets, f"{row.share:g}", row.store or "none",
+                     row.requests if row.store else "", f"{cycles:,}", f"{simulated:,.0f}",
+                     f"{100 * (simulated / cycles - 1):+.1f} %"])
+    return table(["scene", "clusters", "sets", "share", "store", "requests", "cycles", "simulated", "error"], rows)
+
+
+def _chart(path, found, clusters):
+    """Cycles of each path against the share of the patches that a cluster has memory for."""
+    shares = np.array([*SHARES.values(), 1])
+    lines = [Line(name=access.value, x=shares, y=np.array(
+        [*(relative(list(found.values()), Placement.DEALT, share, access) for share in SHARES), 1]))
+        for access in Access]
+    with whole_file(path) as part:
+        write_chart(part, lines, title=f"{clusters} clusters: cycles, with all patches in each cluster 1",
+                    x_name="share of the patches in a cluster", y_name="cycles",
+                    y_top=1.05 * max(float(line.y.max()) for line in lines))
+
+
+@click.command()
+@click.argument("scenes", nargs=-1)
+@output_option("istructure")
+@click.option("--clusters", type=click.IntRange(1, 16), multiple=True, default=_CLUSTERS, show_default=True,
+              help="Simulate this many clusters, a power of two; may be repeated.")
+@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", show_default=True,
+              help="Set the number of rays of each hemisphere.")
+@METHOD_CELL
+@click.option("--latency", type=click.IntRange(1), default=50, show_default=True,
+              help="Set the latency of main memory in cycles.")
+@click.option("--casts", type=click.Path(file_okay=False, path_type=Path), help="Keep the casts in this folder.")
+@click.option("--calibrate", is_flag=True, help="Compare with all recorded cycles of the hardware instead.")
+@click.option("--hardware", is_flag=True, help="With --calibrate, have the hardware cast again: many minutes.")
+def main(scenes, output, clusters, rays, cell, latency, casts, calibrate, hardware) -> None:
+    """Compare paths to patches that a cluster does not hold; SCENES default to those of the thesis, and city."""
+    if calibrate:
+        write_report(output, ["# Machines that share a scene, simulated and of the hardware", "",
+                              f"{provenance('numpy')}.", "", *_calibration(casts, hardware)])
+        return
+    made = {name: SharedScene(name, rays=rays, cell=cell, latency=latency, folder=casts)
+            for name in dict.fromkeys(scenes or SCENES)}
+    found = {}
+    for count in sorted({*clusters}):
+        for name, scene in made.items():
+            found.setdefault(count, {})[name] = outcomes_of(scene, count)
+            console().note(f"{name}, {count} clusters: simulated")
+        _chart(output.parent / f"istructure-{count}.svg", found[count], count)
+    rows = [row for count, each in found.items() for name, one in each.items()
+            for row in _rows(name, made[name], count, one)]
+    first, most = next(iter(SHARES)), max(found)
+    write_report(output, [
+        "# What the parts of the path are worth", "",
+        f"{provenance('numpy')}; preset paper, a hemisphere of {rays[0]} x {rays[1]} rays for each cluster, "
+        f"{cell_text(cell)}, main memory {latency} cycles away, stores with what the frustum before has left.", "",
+        "Cycles over those of clusters that hold all patches, geometric means of the scenes:", "",
+        *table(["clusters", "share", "sets", *(access.value for access in Access)], _summary(found)), "",
+        f"Cycles of {most} clusters with dealt sets of {first}, and of a frustum with deferral patches from the store, "
+        "deferred requests, flits, and reads of main memory:", "",
+        *table(["scene", "patches", "cell", "frames", "all held", *(access.value for access in Access), "store",
+                "deferred", "flits", "reads"], list(_scene_rows(made, found, first))), "",
+        "Area:", "", *area_table(), "",
+        "Area of a cluster that holds all patches, and of one of eight that hold them together:", "",
+        *equal_area_table(), "", "All outcomes, means of a cluster and its frustum:", "",
+        *table(["scene", "clusters", "sets", "share", "path", "cycles", *_COUNTS, "LUT", "block RAM"], rows)])

@@ -1,0 +1,207 @@
+"""Frusta that clusters share, simulated beside those of the hardware that docs/figures/cut-cycles.csv has.
+
+Each cluster casts a section of the frustum and holds a share of the patches. The sections and the shares follow from a
+sparse casting from another point of the ceiling; or the first cluster holds all patches. Where clusters have patch
+stores, sections are cut at tiles, as a job cuts them.
+"""
+
+import csv
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.engine import POINT
+from golden.cast.hemisphere import Hemisphere
+from golden.engine.cast.shelling import Shelling
+from golden.engine.config import PRESETS, Config
+from golden.engine.frustum import hemisphere_record
+from golden.engine.jobs.order import longest_first_at_the_end
+from golden.engine.jobs.tile_sections import tile_sections
+from golden.engine.memsys.patches.patch_store import PatchStore
+from golden.engine.noc.routing import route
+from golden.engine.scene.patch_geometry import PatchGeometry
+from golden.engine.schedule.ceiling_points import ceiling_points
+from golden.engine.schedule.phase import machine_schedule
+from golden.scene.open import open_scene
+from radiosity.flow.simulator.simulation_config import simulation_config
+from radiosity.flow.synthesis.history import ROOT
+from radiosity.machines.engine.cast_store import CastStore
+from radiosity.machines.engine.cluster_latencies import cluster_timing
+from radiosity.machines.engine.job_latencies import bus_timing, joint_timing, store_timing
+from radiosity.machines.engine.joint_cast import joint_cast
+from radiosity.machines.engine.section_trace import CastTimes, SectionTrace
+
+__all__ = ["CutRow", "PreparedCut", "cut_config", "prepare_cut", "recorded_cuts", "simulate_cut", "simulated_cuts",
+           "thesis_config"]
+
+_RECORDED = ROOT / "docs" / "figures" / "cut-cycles.csv"
+# Rays, the point of the ceiling that the sparse casting is from, and rays for each of its own.
+_RAYS, _REFERENCE, _RATIO = (256, 64), 0, 64
+# Casts of the same frustum, of which the last one is recorded where there are patch stores.
+_CASTS = 3
+# Cycles of main memory, for patches that no cluster holds.
+_LATENCY = 10
+# Of the hardware that was recorded.
+_PARAMETERS = {"memsys.own_patches": 1024, "memsys.filter_generation_bits": 4}
+
+
+@dataclass(frozen=True, kw_only=True)
+class CutRow:
+    """A cast of the hardware: preset ``paper`` with 1024 patches in each cluster; with patch stores the third one.
+
+    Parameters
+    ----------
+    scene, topology, clusters, cell
+        Scene, network, clusters, and size of the cells.
+    sets
+        ``scheduled`` by the sparse casting, or ``first``: the first cluster holds all patches.
+    store
+        Patches that the patch store of each cluster keeps; 0: there is none.
+    cycles
+        From the begin of the first section's cast to the end of the last one's.
+    """
+
+    scene: str
+    topology: str
+    clusters: int
+    cell: float
+    sets: str
+    store: int
+    cycles: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PreparedCut:
+    """A frustum that clusters share.
+
+    Parameters
+    ----------
+    traces
+        The section of each cluster, cast by a cluster that has all patches.
+    home
+        N int64: the cluster that holds each patch, -1 if none does.
+    tests
+        C int64: tests of each cluster.
+    """
+
+    traces: tuple[SectionTrace, ...]
+    home: np.ndarray
+    tests: np.ndarray
+
+    @property
+    def edrc(self) -> np.ndarray:
+        """C float64: tests of each cluster for each patch that it finds."""
+        return self.tests / np.maximum(1, [len(trace.patch) for trace in self.traces])
+
+
+def recorded_cuts() -> tuple[CutRow, ...]:
+    """The casts of the hardware."""
+    with _RECORDED.open(newline="") as file:
+        return tuple(CutRow(scene=row["scene"], topology=row["topology"], clusters=int(row["clusters"]),
+                            cell=float(row["cell"]), sets=row["sets"], store=int(row["store"]),
+                            cycles=int(row["cycles"]))
+                     for row in csv.DictReader(file))
+
+
+def cut_config(clusters: int, topology: str = "mesh", store: int = 0) -> Config:
+    """The configuration of that hardware, or one with another network; ``store`` are patches of each patch store."""
+    return simulation_config(PRESETS["paper"].replace(_PARAMETERS | {"memsys.store_patches": store}),
+                             clusters=clusters, topology=topology, rays=_RAYS[0] * _RAYS[1])
+
+
+def thesis_config(clusters: int, topology: str = "torus", rays: tuple[int, int] = _RAYS) -> Config:
+    """The configuration of the thesis' machine: subshell lists, resident sets of what the sparse casting has found."""
+    return simulation_config(PRESETS["thesis"], clusters=clusters, topology=topology,
+                             rays=1 << (rays[0] * rays[1] - 1).bit_length())
+
+
+def prepare_cut(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = _RAYS, point: int = POINT,
+                folder: Path | None = None, tiles: bool = False) -> PreparedCut:
+    """The frustum of a scene, cut for the clusters of a configuration.
+
+    Parameters
+    ----------
+    scene, config, cell
+        The scene, the configuration, and the size of the cells.
+    rays, point
+        Azimuths and polar angles of the hemisphere, and the point of the ceiling that it is cast from.
+    folder
+        Casts are kept there. Default: they are not kept.
+    tiles
+        Cut the sections of a machine without subshell lists at tiles of the settle map, in the order of a job's queue.
+    """
+    opened, hemisphere = open_scene(scene), Hemisphere(*rays)
+    points, down = ceiling_points(opened)
+    geometry = PatchGeometry.of(opened, config.numbers, points)
+    reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[origin], down)
+                         for origin in (_REFERENCE, point))
+    shelling = Shelling(geometry, config, cell=cell, by_code=True)
+    plan = machine_schedule(reference, geometry, shelling.table, config, ratio=_RATIO)
+    store = CastStore(shelling, config, cluster_timing(config), folder=folder)
+    sections = _queued_sections(record, plan, config) if tiles else plan.partition.sections
+    subshells = plan.subshells if config.ctu.subshells else [None] * len(sections)
+    casts = [store.cast(record, section, listed) for section, listed in zip(sections, subshells, strict=True)]
+    return PreparedCut(traces=tuple(cast.trace for cast in casts), home=plan.sets.residence(len(geometry))[0],
+                       tests=np.array([cast.tests for cast in casts]))
+
+
+def _queued_sections(record, plan, config):
+    """Sections as a job has them, those with most work first."""
+    workload = plan.found.frusta.share(plan.found.tests)
+    sections = tile_sections(record.columns, record.rows, config, clusters=config.noc.nodes, workload=workload)
+    work = np.array([workload[one.first_row:one.end_row, one.first_column:one.end_column].sum() for one in sections])
+    return [sections[one] for one in longest_first_at_the_end(work, clusters=config.noc.nodes)]
+
+
+def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = None,
+                 kept: Sequence[int] = (), stores: Sequence[PatchStore] = ()) -> tuple[CastTimes, ...]:
+    """The times of all clusters.
+
+    Parameters
+    ----------
+    prepared, config
+        The frustum, and the configuration.
+    local
+        Cycles in which a memory has a patch read. Default: one for each vertex.
+    kept
+        Patches that the cache has served before, in their order. Default: it is empty.
+    stores
+        The patch store of each cluster, which changes. Default: clusters have none.
+    """
+    noc, timing, joint = config.noc, cluster_timing(config), joint_timing(config)
+    if local is not None:
+        timing, joint = replace(timing, vertices=local), replace(joint, port=local)
+    cast = joint_cast(
+        prepared.traces, prepared.home, timing, joint,
+        routing=route(noc.network(), noc.virtual_channels), buffer_flits=noc.buffer_flits, arbitration=noc.arbitration,
+        router_cycles=noc.router_cycles, slots=config.icu.slots, run_ahead=config.ctu.run_ahead,
+        bus=bus_timing(config, latency=_LATENCY), memsys=config.memsys, kept=kept,
+        store=store_timing(config) if stores else None, stores=stores)
+    return cast.times
+
+
+def _third_times(prepared, config):
+    """The times of the third cast, with what the stores have kept of the casts before.
+
+    The next section goes to the cluster that has waited longest.
+    """
+    stores = [PatchStore(config.memsys.store_patches) for _ in prepared.traces]
+    waiting = range(len(stores))
+    for _ in range(_CASTS):
+        traces = tuple(prepared.traces[section] for section in np.argsort(waiting))
+        times = simulate_cut(replace(prepared, traces=traces), config, stores=stores)
+        waiting = np.argsort([one.cycles for one in times], kind="stable")
+    return times
+
+
+def simulated_cuts(rows: Iterable[CutRow], *, folder: Path | None = None) -> Iterator[tuple[CutRow, int]]:
+    """Each row, with the cycles of the slowest simulated cluster; casts are kept in a folder, if there is one."""
+    for row in rows:
+        config = cut_config(row.clusters, row.topology, row.store)
+        prepared = prepare_cut(row.scene, config, cell=row.cell, folder=folder, tiles=row.store > 0)
+        if row.sets == "first":
+            prepared = replace(prepared, home=np.zeros_like(prepared.home))
+        times = _third_times(prepared, config) if row.store else simulate_cut(prepared, config)
+        yield row, max(each.cycles for each in times)

@@ -1,0 +1,94 @@
+"""Files that are written atomically."""
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from golden.base.errors import InputError
+
+__all__ = ["check_inputs_stay", "check_named_once", "check_outputs", "whole_file"]
+
+
+def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
+    """Every path can be written (None is skipped); to be checked before the work starts.
+
+    Raises
+    ------
+    InputError
+        A path ends in none of ``suffixes``, is a directory, or no file can be made there.
+    """
+    for path in paths:
+        if path is None:
+            continue
+        if path.suffix.lower() not in suffixes:
+            raise InputError(f"output {str(path)!r}: Name must end in {' or '.join(suffixes)}, not {path.suffix!r}")
+        if os.path.isdir(path):  # unlike Path.is_dir, it is False for paths that the system refuses
+            raise InputError(f"output {str(path)!r}: it is a directory")
+        part = _part(path)
+        try:
+            part.touch(exist_ok=True)
+            part.unlink()
+        except OSError as error:
+            raise InputError(f"output {str(path)!r}: cannot be written ({error.strerror})") from error
+
+
+def check_named_once(*paths: Path | None) -> None:
+    """No two outputs are the same path (None is skipped).
+
+    Raises
+    ------
+    InputError
+        Two are.
+    """
+    resolved = [path.resolve() for path in paths if path is not None]
+    for path in paths:
+        if path is not None and resolved.count(path.resolve()) > 1:
+            raise InputError(f"output {str(path)!r}: it is named twice")
+
+
+def check_inputs_stay(*inputs: str | Path, outputs: Iterable[Path | None]) -> None:
+    """No output is the file of an input, by another name or a link either; inputs that are no files are skipped.
+
+    Raises
+    ------
+    InputError
+        One is.
+    """
+    for output in outputs:
+        for source in inputs:
+            is_same = False
+            with suppress(OSError, ValueError):  # one of them does not exist
+                is_same = output is not None and os.path.samefile(source, output)
+            if is_same:
+                raise InputError(f"output {str(output)!r}: it is the input")
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """A temporary path beside ``path`` to write; it replaces ``path`` if the block succeeds.
+
+    After an error ``path`` has its old content; it never has a part of the new content.
+
+    Raises
+    ------
+    OSError
+        The system refuses to rename or write; the error names ``path``.
+    """
+    part = _part(path)
+    try:
+        yield part
+        part.replace(path.resolve())
+    except OSError as error:
+        if error.filename not in (None, str(part)):  # a full disk is reported without a name
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    finally:
+        with suppress(OSError):  # there may be no such folder; the first error matters
+            part.unlink(missing_ok=True)
+
+
+def _part(path: Path) -> Path:
+    # The suffix stays last: writers select their format by it.
+    path = path.resolve()
+    return path.with_name(f".{path.stem}.part{os.getpid()}{path.suffix}")

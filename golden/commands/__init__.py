@@ -1,1 +1,0 @@
-"""Commands of ``python -m golden``, one module each; `golden.cli` registers them."""

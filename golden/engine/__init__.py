@@ -1,0 +1,1 @@
+"""The machine in integers, block for block as in `hw`: numpy alone, without a compiler."""

@@ -1,0 +1,1 @@
+"""Frusta cast in the machine's integers."""

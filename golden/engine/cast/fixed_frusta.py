@@ -1,0 +1,265 @@
+"""Frusta cast in the machine's integers, with hits in float64."""
+
+from abc import ABC, abstractmethod
+from functools import partial
+
+import numpy as np
+
+from golden.cast.density import Density, Level
+from golden.cast.hemisphere import Hemisphere
+from golden.cast.known_patches import hits_of_patches
+from golden.cast.oracle import Oracle
+from golden.cast.ray_frusta import FrustumHits
+from golden.cast.rays import Hits, Rays
+from golden.cast.screen import Screen
+from golden.cast.shadow_rays import ShadowHits, ShadowRays
+from golden.engine.cast.dense_windows import DenseWindows
+from golden.engine.cast.naive_fixed import NaiveFixed
+from golden.engine.cast.shadow_frusta import shadow_frusta
+from golden.engine.cast.shelling import Shelling
+from golden.engine.config import Config, Icu
+from golden.engine.frustum import FrustumRecord, hemisphere_record, screen_record
+from golden.engine.frustum.shadow_record import ShadowRecord
+from golden.engine.scene.g_coordinates import GCoordinates
+from golden.engine.scene.patch_geometry import PatchGeometry
+from golden.scene.scene import Scene
+
+__all__ = ["CELL", "MOST_ACROSS", "MOST_RAYS", "FixedFrusta", "NaiveFixedFrusta", "ShellingFrusta",
+           "blocked_by_shelling", "shares"]
+
+# Most rays of a frustum: the largest ray memory.
+MOST_RAYS = 1 << 22
+# Most fields of a screen across and down.
+MOST_ACROSS = 1 << 16
+CONFIG = Config(icu=Icu(rays=MOST_RAYS, side_bits=16, patch_bits=24))
+# Default cell size of shelling. This model works on all rays of a shell at once: few large shells cost it less than
+# many small ones.
+CELL = 0.125
+# Frusta of a request that a caster may plan with.
+SAMPLES = 4
+
+
+class FixedFrusta(ABC):
+    """Casts hemispheres, screens and shadow rays in fixed point.
+
+    It has the members of `golden.cast.ray_frusta.RayFrusta`, and `shadows`.
+
+    Fixed point decides which patch a ray hits. The position of the hit follows in float64 from the ray that the
+    integers represent.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    """
+
+    regular = True
+    # Frusta of a request are cast together while they have at most so many rays, and one at least.
+    together = 0
+
+    def __init__(self, scene: Scene):
+        self._scene, self._oracle = scene, Oracle(scene)
+        self._samples: tuple[GCoordinates | None, list[FrustumRecord]] = None, []
+        self._geometry = PatchGeometry.of(scene, CONFIG.numbers)
+        self._cast = self._machine(self._geometry)
+
+    @abstractmethod
+    def _machine(self, geometry: PatchGeometry):
+        """Function from records of the same rays to, for each of them, patch, tests and steps of each ray."""
+
+    def hemispheres(self, hemisphere: Hemisphere, points, frames, surfaces) -> FrustumHits:
+        """Caster of the hemispheres at M points; a request for one ray casts its whole hemisphere.
+
+        Raises
+        ------
+        InputError
+            The hemisphere has more than `MOST_RAYS` rays.
+        """
+        coordinates, cast = self._for(points)
+
+        def record(number):
+            return hemisphere_record(hemisphere, coordinates, points[number], frames[number, 2],
+                                     source=int(surfaces[number]), axes=frames[number])
+        self._sample(record, len(points), coordinates)
+        return _Bundles(self._oracle, cast, record, count=len(points),
+                        together=max(1, self.together // len(hemisphere))).hits
+
+    def dense_hemispheres(self, density: Density, hemisphere: Hemisphere, points, frames, surfaces):
+        """Caster of hemispheres with finer rays where few meet a patch; the parameters are those of `hemispheres`.
+
+        Returns
+        -------
+        Function from the number of a point to weights (K int64, in units of 2^-(W + `Density.depth`)), K rays, their
+        hits, and the number of rays cast, those whose cells were divided included.
+        """
+        coordinates, cast = self._for(points)
+        geometry = self._geometry if coordinates is self._geometry.coordinates else PatchGeometry.of(
+            self._scene, CONFIG.numbers, points)
+        depth = density.depth(hemisphere)
+
+        def record(number, level):
+            grid = Level(hemisphere, level).grid
+            return hemisphere_record(grid, coordinates, points[number], frames[number, 2],
+                                     source=int(surfaces[number]), axes=frames[number])
+
+        def dense(number):
+            ((patch, _, _),) = cast([record(number, 0)])
+            windows = DenseWindows(density, hemisphere, partial(record, number), geometry, CONFIG)
+            leaves = windows.cast(patch)
+            weight = np.concatenate([level.row_weights[row] << depth - level.level for level, _, row, _ in leaves])
+            direction = np.concatenate([level.directions(column, row) for level, column, row, _ in leaves])
+            rays = Rays(np.broadcast_to(points[number], direction.shape), direction @ frames[number],
+                        source=np.full(len(direction), surfaces[number], dtype=np.int32))
+            none = np.zeros(len(direction), dtype=np.int64)
+            hits = hits_of_patches(self._oracle, rays, np.concatenate([leaf[3] for leaf in leaves]), tests=none,
+                                   steps=none)
+            # A cell that is divided has four in its place.
+            return weight, rays, hits, len(weight) + (len(weight) - len(hemisphere)) // 3
+        return dense
+
+    def screen(self, screen: Screen, side: int) -> FrustumHits:
+        """Caster of the rays of a picture through the middles of the pixels' fields.
+
+        Raises
+        ------
+        InputError
+            There are more than `MOST_ACROSS` fields across or down, or more than `MOST_RAYS` in all.
+        """
+        fields = Screen(camera=screen.camera, width=side * screen.width, height=side * screen.height)
+        coordinates, cast = self._for(np.array([screen.camera.eye]))
+
+        def record(_):
+            return screen_record(fields, coordinates)
+        self._sample(record, 1, coordinates)
+        return _Bundles(self._oracle, cast, record, count=1, together=1).hits
+
+    def shadows(self, rays: ShadowRays) -> ShadowHits:
+        """What is between points of lights and shaded points.
+
+        Raises
+        ------
+        InputError
+            A point of a light is not finite.
+        """
+        geometry = self._geometry_for(rays.points)
+        hits = ShadowHits(cast=np.zeros(len(rays), dtype=bool), blocked=np.zeros(len(rays), dtype=bool),
+                          tests=np.zeros(len(rays), dtype=np.int64), steps=np.zeros(len(rays), dtype=np.int64))
+        blocked_of = self._shadow_machine(geometry)
+        for rows, record, number in shadow_frusta(rays, geometry.coordinates):
+            blocked, tests, steps = blocked_of(record)
+            hits.cast[rows], hits.blocked[rows] = True, blocked[number]
+            hits.tests[rows], hits.steps[rows] = tests[number], shares(steps, len(rows))
+        return hits
+
+    @abstractmethod
+    def _shadow_machine(self, geometry: PatchGeometry):
+        """Function from a shadow frustum to its blocked rays, the tests of each ray, and the frustum's cell steps."""
+
+    def _sample(self, record, count, coordinates):
+        """Keep some of the frusta that will be requested, evenly spread, and their coordinates."""
+        numbers = np.linspace(0, count - 1, min(SAMPLES, count), dtype=int)
+        self._samples = coordinates, [record(number) for number in numbers]
+
+    def _for(self, points):
+        """Coordinates that hold the points, and the caster in them."""
+        geometry = self._geometry_for(points)
+        return geometry.coordinates, self._cast if geometry is self._geometry else self._machine(geometry)
+
+    def _geometry_for(self, points):
+        """The patches in coordinates that hold the points."""
+        lower, upper = self._geometry.coordinates.points([[0] * 3, [CONFIG.numbers.scene.high] * 3])
+        if ((points >= lower) & (points <= upper)).all():
+            return self._geometry
+        return PatchGeometry.of(self._scene, CONFIG.numbers, points)
+
+
+class ShellingFrusta(FixedFrusta):
+    """Shelling in fixed point. Tests are counted per ray; the frustum's cell steps are divided evenly among its rays.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    cell
+        Cell size, see `Shelling`.
+
+    Raises
+    ------
+    InputError
+        Cell size out of range.
+    """
+
+    def __init__(self, scene: Scene, cell: float | None = None):
+        self._cell = CELL if cell is None else cell
+        super().__init__(scene)
+
+    def _shadow_machine(self, geometry):
+        return blocked_by_shelling(geometry, self._cell)
+
+    def _machine(self, geometry):
+        shelling = Shelling(geometry, CONFIG, cell=self._cell)
+
+        def cast(record: FrustumRecord):
+            tests = np.zeros(len(record), dtype=np.int64)
+            hits, (counts,) = shelling.cast(record, ray_tests=tests)
+            return hits.patch, tests, shares(counts.cell_steps, len(record))
+        return lambda records: map(cast, records)
+
+
+class NaiveFixedFrusta(FixedFrusta):
+    """Brute force in fixed point: all patches against all rays. The hits are those of `ShellingFrusta`."""
+
+    def _shadow_machine(self, geometry):
+        naive = NaiveFixed(geometry, CONFIG)
+        return lambda record: (naive.blocked(record), np.full(len(record), len(geometry)), 0)
+
+    def _machine(self, geometry):
+        naive = NaiveFixed(geometry, CONFIG)
+
+        def cast(record: FrustumRecord):
+            count = len(record)
+            return naive.cast(record).patch, np.full(count, len(geometry)), np.zeros(count, dtype=np.int64)
+        return lambda records: map(cast, records)
+
+
+def shares(total: int, count: int) -> np.ndarray:
+    """A whole number divided evenly among so many: int64, the first ones have the remainder."""
+    share, rest = divmod(total, count)
+    return share + (np.arange(count) < rest)
+
+
+def blocked_by_shelling(geometry: PatchGeometry, cell: float):
+    """As `FixedFrusta._shadow_machine`, in cells of a share of the scene's longest side."""
+    shelling = Shelling(geometry, CONFIG, cell=cell)
+
+    def cast(record: ShadowRecord):
+        tests = np.zeros(len(record), dtype=np.int64)
+        blocked, counts = shelling.blocked(record, ray_tests=tests)
+        return blocked, tests, counts.cell_steps
+    return cast
+
+
+class _Bundles:
+    """Frusta that are cast on first use, some of them together; those that were cast last are kept."""
+
+    def __init__(self, oracle, cast, record, *, count, together):
+        self._oracle, self._cast, self._record = oracle, cast, record
+        self._count, self._together = count, together
+        self._held: dict[int, np.ndarray] = {}
+
+    def hits(self, frustum, number, rays) -> Hits:
+        """The hits of rays ``number`` of frusta ``frustum``."""
+        values = np.empty((3, len(rays)), dtype=np.int64)
+        for one in np.unique(frustum).tolist():
+            rows = np.flatnonzero(frustum == one)
+            values[:, rows] = self._results(one)[:, number[rows]]
+        patch, tests, steps = values
+        return hits_of_patches(self._oracle, rays, patch, tests=tests, steps=steps)
+
+    def _results(self, one):
+        """Patch, tests and steps of each ray of a frustum, which is cast with those that follow it."""
+        if one not in self._held:
+            numbers = range(one, min(one + self._together, self._count))
+            found = self._cast([self._record(number) for number in numbers])
+            self._held = {number: np.stack(values) for number, values in zip(numbers, found, strict=True)}
+        return self._held[one]

@@ -1,0 +1,97 @@
+"""Shadow rays as frusta: the host's part of casting them in the machine's integers.
+
+All rays of a frustum leave one point of a light within a sixth of the sphere. A ray ends just in front of the plane in
+which its shaded point lies.
+
+Source: Shen 1993, section 2.5; docs/exactness.md, Shadow rays.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from golden.cast.shadow_rays import ShadowRays
+from golden.engine.config import Numbers
+from golden.engine.frustum.shadow_record import ShadowRecord, position, shadow_record
+from golden.engine.icu.inverse_distance import encode
+from golden.engine.scene.g_coordinates import GCoordinates
+
+__all__ = ["LEAST", "shadow_ends", "shadow_frusta"]
+
+# A frustum has at least so many rays, and a grid of 2^FEWEST_BITS to 2^MOST_BITS positions an axis, with at most SHARE
+# of its positions taken if it can.
+LEAST = 16
+FEWEST_BITS, MOST_BITS = 4, 8
+SHARE = 1 / 32
+# Axes of the six sixths of the sphere: forward along +x, +y, +z, -x, -y, -z.
+AXES = np.array([[[0, 1, 0], [0, 0, 1], [1, 0, 0]], [[0, 0, 1], [1, 0, 0], [0, 1, 0]],
+                 [[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],
+                 [[1, 0, 0], [0, 0, 1], [0, -1, 0]], [[0, 1, 0], [1, 0, 0], [0, 0, -1]]], dtype=np.float64)
+
+
+def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates) -> Iterator[tuple[np.ndarray, ShadowRecord, np.ndarray]]:
+    """The frusta of shadow rays; rays that are in none are too few for one.
+
+    A ray's direction and end depend on it alone, so what blocks it does not depend on the other rays of its frustum.
+
+    Yields
+    ------
+    tuple
+        The numbers of a frustum's rays, the frustum, and their numbers in it.
+    """
+    origins = coordinates.integers(rays.points)
+    offset = (rays.targets - coordinates.points(origins)[rays.light]) * coordinates.scale
+    along = np.argmax(np.abs(offset), axis=1)
+    part = 6 * rays.light + along + 3 * (np.take_along_axis(offset, along[:, None], axis=1)[:, 0] < 0)
+    order = np.argsort(part, kind="stable")
+    for rows in np.split(order, np.flatnonzero(np.diff(part[order])) + 1):
+        if len(rows) < LEAST:
+            continue
+        light, sixth = divmod(int(part[rows[0]]), 6)
+        slopes, end = _encoded(offset[rows] @ AXES[sixth].T, rays.normals[rows] @ AXES[sixth].T, coordinates.numbers)
+        bits = int(np.clip(np.ceil(np.log2(len(rows) / SHARE) / 2), FEWEST_BITS, MOST_BITS))
+        for these in _apart(position(slopes, bits, coordinates.numbers)):
+            record, number = shadow_record(
+                coordinates, origins[light], AXES[sixth], bits, slopes=slopes[these], end=end[these],
+                source=int(rays.surfaces[light]))
+            yield rows[these], record, number
+
+
+def shadow_ends(directions: np.ndarray, offset: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Inverse distances, K float64, just in front of the planes with these normals through these offsets, K x 3 each.
+
+    The margin exceeds the rounding of a patch in that plane, see docs/exactness.md.
+
+    Parameters
+    ----------
+    directions
+        K x 3 float64 in the R frame.
+    """
+    height = np.abs(np.einsum("ki,ki->k", normal, offset))
+    along = np.abs(np.einsum("ki,ki->k", normal, directions))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steepness = np.linalg.norm(normal, axis=1) / height
+        inverse = along / height
+    ends = inverse * (1 + 2.0**-18 + 2.0**-19 * steepness) + 2.0**-20 * steepness + 2.0**-38
+    return np.where(np.isfinite(ends), ends, np.inf)
+
+
+def _encoded(offset: np.ndarray, normal: np.ndarray, numbers: Numbers):
+    """Slopes and stored ends of rays to offsets in the R frame."""
+    one = 1 << numbers.direction_fraction
+    slopes = np.clip(np.rint(offset[:, :2] / offset[:, 2:] * one), -one, one - 1).astype(np.int64)
+    directions = np.concatenate([slopes / one, np.ones((len(slopes), 1))], axis=1)
+    mantissa, exponent = np.frexp(np.minimum(shadow_ends(directions, offset, normal), 2.0**40))
+    return slopes, encode(np.ceil(mantissa * 2.0**30).astype(np.int64), exponent - 30, numbers, up=True)
+
+
+def _apart(position):
+    """Parts of K rays, the largest first, in which no two have the same position; none is too small."""
+    order = np.argsort(position, kind="stable")
+    first = np.flatnonzero(np.diff(position[order], prepend=-1))
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order)) - np.repeat(first, np.diff(np.append(first, len(order))))
+    for number in range(int(rank.max()) + 1):
+        these = np.flatnonzero(rank == number)
+        if len(these) >= LEAST:
+            yield these

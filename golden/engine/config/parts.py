@@ -1,0 +1,58 @@
+"""The five parts of the machine: which of them a configuration has, and why."""
+
+from golden.engine.config.config import Config
+from golden.engine.config.part import Part
+
+__all__ = ["parts"]
+
+
+def parts(config: Config) -> tuple[Part, ...]:
+    """Cell traversal, intersection pipeline, resident set and caches, I-structure, router: in this order.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    """
+    clusters, memsys = config.noc.nodes, config.memsys
+    each = "" if clusters == 1 else f"{clusters} x "
+    pipelines = config.ctu.traversal_pipelines(clusters)
+    return (
+        Part(name="cell traversal", size=f"{each}{pipelines} pipeline{'s' if pipelines > 1 else ''}",
+             about="finds the cells that grid rays meet, one per cycle and pipeline (ctu.pipelines)"),
+        Part(name="intersection pipeline", size=f"{each}{config.icu.rays} rays",
+             about="tests a ray against a patch in each cycle, and has memory for so many rays (icu.rays)"),
+        Part(name="resident set and caches", size=f"{each}{memsys.own_patches} patches, caches of "
+             f"{memsys.cell_lines} and {memsys.patch_lines} lines",
+             about="the cluster's own patches (memsys.own_patches); in front of main memory the caches of all "
+             "clusters, of cells and of patches (memsys.cell_lines, memsys.patch_lines)"),
+        _istructure(config, each),
+        _router(config))
+
+
+def _istructure(config, each):
+    memsys, found = config.memsys, []
+    if memsys.store_patches:
+        found.append((
+            f"store of {memsys.store_patches} patches, {memsys.store_requests} requests",
+            "requests for patches that the resident set has not wait in the patch store for one fetch "
+            "(memsys.store_patches, memsys.store_requests)"))
+    if config.ctu.subshells:
+        found.append((
+            f"{config.ctu.ray_slots} grid rays",
+            "a request for a grid ray that is absent waits until it returns: there are lists of subshells "
+            "(ctu.subshell_bits, ctu.ray_slots)"))
+    if not found:
+        return Part(name="I-structure", size="", about="there is no patch store (memsys.store_patches=0)")
+    return Part(name="I-structure", size=" and ".join(f"{each}{size}" for size, _ in found),
+                about="; ".join(about for _, about in found))
+
+
+def _router(config):
+    noc = config.noc
+    if noc.nodes == 1:
+        return Part(name="router", size="", about="a cluster alone requests patches of no other one "
+                    "(noc.columns=1, noc.rows=1)")
+    return Part(name="router", size=f"{noc.nodes * (2 if noc.networks == 'physical' else 1)} in {noc.network()}",
+                about="requests for patches from cluster to cluster, and the replies: a router for each cluster and "
+                "network (noc.columns, noc.rows, noc.topology, noc.networks)")

@@ -1,0 +1,78 @@
+"""What the host requests of a phase by its rules: clusters for each frustum, sections of equal work, subshell lists."""
+
+from collections.abc import Sequence
+
+from golden.engine.config import Config
+from golden.engine.frustum import FrustumRecord
+from golden.engine.jobs.frustum_cycles import frustum_cycles
+from golden.engine.jobs.job import PhaseRequest
+from golden.engine.jobs.tile_sections import most_sections
+from golden.engine.memsys.patches.cell_table import CellTable
+from golden.engine.scene.patch_geometry import PatchGeometry
+from golden.engine.schedule.low_density import low_density
+from golden.engine.schedule.phase import machine_schedule
+
+__all__ = ["phase_request", "sections_per_frustum"]
+
+# Of each cluster, where several clusters share a frustum: results of one are written while the other is cast.
+SECTIONS = 2
+
+
+def sections_per_frustum(frusta: int, clusters: int) -> int:
+    """Sections of a frustum: 1 if each cluster has a frustum of its own; otherwise as many as give each cluster the
+    same number of sections, `SECTIONS` or a multiple.
+
+    Parameters
+    ----------
+    frusta
+        Frusta of the phase, at least 1.
+    clusters
+        Clusters of the machine, a power of two.
+    """
+    return 1 if frusta >= clusters else SECTIONS * clusters // (frusta & -frusta)
+
+
+def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, table: CellTable, config: Config, *,
+                  ratio: int, clusters: int | None = None, reference: FrustumRecord | None = None,
+                  **results) -> PhaseRequest:
+    """The request of a phase.
+
+    Frusta that several clusters share are cut by the work that a sparse casting expects. Where the machine has subshell
+    lists, the sparse casting makes them and chooses resident sets. Elsewhere cycles are predicted if the order of the
+    queue matters: of more frusta than clusters, and of more clusters than one.
+
+    Parameters
+    ----------
+    records, geometry, table
+        The frusta, and patches and cells of the scene.
+    config
+        The machine's configuration.
+    ratio
+        Rays of the frustum for each ray of the sparse casting.
+    clusters
+        Sections of each frustum that clusters share, a power of two. Default: `sections_per_frustum`. At most
+        `most_sections`.
+    reference
+        The frustum of the sparse casting. Default: the first one.
+    results
+        ``weights``, ``hit_format``, ``sums`` of the request.
+
+    Raises
+    ------
+    InputError
+        See `golden.engine.schedule.phase.schedule` and `golden.engine.schedule.low_density.low_density`.
+    """
+    first, nodes = records[0], config.noc.nodes
+    clusters = sections_per_frustum(len(records), nodes) if clusters is None else clusters
+    clusters = min(clusters, most_sections(first.columns, first.rows, config))
+    plan = workload = cycles = None
+    if config.ctu.subshells:
+        plan = machine_schedule(reference or first, geometry, table, config, ratio=ratio)
+    else:
+        if clusters > 1:
+            found = low_density(reference or first, geometry, table, config, ratio=ratio)
+            workload = found.frusta.share(found.tests)
+        if len(records) > nodes > 1:
+            cycles = frustum_cycles(records, geometry, table, config)
+    return PhaseRequest(geometry=geometry, table=table, records=records, clusters=clusters, cycles=cycles,
+                        workload=workload, plan=plan, **results)

@@ -1,0 +1,1 @@
+"""Fixed-point numbers and CORDIC, which several blocks use."""

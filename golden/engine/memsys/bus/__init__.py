@@ -1,0 +1,1 @@
+"""Caches between clusters and main memory."""

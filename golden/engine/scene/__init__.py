@@ -1,0 +1,1 @@
+"""A scene in the machine's integers: its coordinates and its patches."""

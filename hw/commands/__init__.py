@@ -1,1 +1,0 @@
-"""Commands of ``python -m hw``, one module each; `hw.cli` registers them."""

@@ -1,0 +1,1 @@
+"""The bus between clusters and main memory, and its caches."""

@@ -1,0 +1,1 @@
+"""Loads: the tables of a memory image, checked, word by word."""

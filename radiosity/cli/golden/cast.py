@@ -1,0 +1,103 @@
+"""``cast``: one frustum in the machine's integers, and how its hits compare."""
+
+import sys
+
+import click
+
+from radiosity.cli.casting_method import CastingMethod, add_options, method_option, options_of
+from radiosity.cli.command_line import Task
+from radiosity.cli.console import console
+from radiosity.cli.golden.choices import RECORD_METHODS, REFERENCES
+from radiosity.cli.parameters import (
+    ASSIGNMENTS,
+    AZIMUTHS,
+    FILE,
+    METHOD_CELL,
+    PRESET,
+    SCENE,
+    SCENE_HELP,
+    Numbers,
+    WholePair,
+)
+
+__all__ = ["cast_command"]
+
+_NAMED = {"patch": "--patch", "normal": "--normal", "azimuths": "--rays", "polars": "--rays", "width": "--screen",
+          "height": "--screen", "cell": "--cell", "clusters": "--clusters", "ratio": "--ratio"}
+
+
+class References(click.ParamType):
+    """Names of `REFERENCES`, separated by commas."""
+
+    name = ",".join(REFERENCES)
+
+    def convert(self, value, param, ctx):
+        """The value of what the user typed."""
+        names = value if isinstance(value, tuple) else tuple(value.split(","))
+        for name in names:
+            if name not in REFERENCES:
+                self.fail(f"{name!r} is not one of {', '.join(REFERENCES)}", param, ctx)
+        return names
+
+
+def cast_command(*methods: CastingMethod) -> click.Command:
+    """The command, with methods that another package adds."""
+    @click.command("cast", cls=Task, named=_NAMED, epilog=SCENE_HELP,
+                   short_help="Cast one hemisphere or screen in fixed point.")
+    @SCENE
+    @click.option("--origin", type=Numbers(), help="Set the point where the rays of a hemisphere start; needs "
+                  "--normal.")
+    @click.option("--normal", type=Numbers(), help="Set the direction of the middle of the hemisphere.")
+    @click.option("--patch", type=int, metavar="NUMBER",
+                  help="Cast the hemisphere from the middle of this patch's front.")
+    @click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of a hemisphere, powers of "
+                  "two.")
+    @click.option("--screen", type=WholePair("WIDTHxHEIGHT"), help="Cast a screen through the scene's view instead.")
+    @method_option(RECORD_METHODS, methods, default="shelling",
+                   about="Choose the casting method; all give the same hits.")
+    @METHOD_CELL
+    @click.option("--clusters", type=int,
+                  help="Set the number of clusters that share the frustum, a power of two.  "
+                  f"[default: {'; '.join(['1', *filter(None, (method.default_clusters for method in methods))])}]")
+    @click.option("--compare", type=References(), default=(), show_default=False,
+                  help="Compare all hits with brute force in the machine's integers (naive) and in float64 (oracle).")
+    @add_options(option for method in methods for option in method.frustum_options)
+    @PRESET
+    @ASSIGNMENTS
+    @click.option("-o", "--output", type=FILE,
+                  help="Write the hits to this .npz: patch (-1: none), inverse (1/t as stored), t, u, v.")
+    @click.option("--picture", type=FILE,
+                  help="Write a .png with a colour for each patch, one pixel for each ray of the frustum's grid.")
+    def cast(scene, origin, normal, patch, rays, screen, method, cell, clusters, compare, preset, assignments, output,
+             picture, **given):
+        """Cast one hemisphere or screen into SCENE in fixed point, as the machine does it.
+
+        Exits with code 1 if --compare finds a hit that differs from brute force in integers, or a difference from
+        float64 that rounding does not explain.
+        """
+        chosen, options = options_of(methods, method, given, kind="frustum_options")
+        from golden.base.output import check_outputs
+        from golden.engine.config import PRESETS
+        from golden.engine.frustum.frustum_choice import FrustumChoice
+        from radiosity.tasks.cast import cast_frustum
+
+        check_outputs(output, suffixes=(".npz",))
+        check_outputs(picture, suffixes=(".png",))
+        config = PRESETS[preset].with_parameters(assignments)
+        caster = None
+        if chosen:
+            shared = {"clusters": clusters, "preset": preset, "assignments": assignments}
+            chosen.check(**shared, **options)
+
+            def caster(record, geometry, weights):
+                return chosen.cast(record, geometry, config, cell=cell, weights=weights, title=scene, **shared,
+                                   **options)
+        choice = FrustumChoice(origin=origin, normal=normal, patch=patch, rays=rays, screen=screen)
+        result = cast_frustum(scene, choice, config, method=method, cell=cell, compare=compare, output=output,
+                              clusters=1 if clusters is None else clusters, picture=picture, caster=caster)
+        for warning in result.warnings:
+            console().warn(warning)
+        console().report(result.report, result.text)
+        if not result.agrees:
+            sys.exit(1)
+    return cast

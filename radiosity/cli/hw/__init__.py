@@ -1,0 +1,1 @@
+"""Commands of ``python -m hw``, one module each; `radiosity.cli.hw.main` registers them."""

@@ -1,0 +1,66 @@
+"""Simulated machines as commands and the public interface choose them."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from golden.base.errors import InputError
+
+if TYPE_CHECKING:  # commands that only print their help import this
+    from golden.engine.config import Config
+    from radiosity.flow.simulator.simulated_machine import SimulatedMachine
+
+__all__ = ["MOST_CLUSTERS", "check_clusters", "opened_machine"]
+
+MOST_CLUSTERS = 64
+"""Most clusters of a simulated machine."""
+
+
+def check_clusters(clusters: int | None) -> None:
+    """A machine may have so many clusters; None is the preset's number.
+
+    Raises
+    ------
+    InputError
+        It may not.
+    """
+    if clusters is not None and (isinstance(clusters, bool) or not 1 <= clusters <= MOST_CLUSTERS
+                                 or clusters & (clusters - 1)):
+        raise InputError(f"machine: Clusters must be a power of two up to {MOST_CLUSTERS}, not {clusters}",
+                         parameter="clusters")
+
+
+@contextmanager
+def opened_machine(config: "Config", *, policy: str | None, latency: int, spread: int = 0, memory_seed: int = 1,
+                   traced: bool = False, progress: bool = False) -> "Iterator[SimulatedMachine]":
+    """The `radiosity.flow.simulator.simulated_machine.SimulatedMachine`; what goes wrong in it is an error of one line.
+
+    Parameters
+    ----------
+    config
+        Of the machine.
+    policy
+        Of its caches: direct, lru or lfu. None: the configuration's.
+    latency, spread, memory_seed
+        Of main memory, in cycles: of each read, of a random delay on top, and the seed of that.
+    traced
+        Whether its signals can be written.
+    progress
+        Shows bars while it is compiled.
+
+    Raises
+    ------
+    InputError
+        It cannot be compiled, or ends with a fault.
+    """
+    from hw.memsys.bus.cache_policy import CachePolicy
+    from radiosity.flow.host import EngineError, EngineTimeoutError
+    from radiosity.flow.simulator.simulated_machine import SimulatedMachine
+
+    try:
+        with SimulatedMachine(config, policy=CachePolicy[policy.upper()] if policy else None, latency=latency,
+                              spread=spread, shuffles=spread > 0, seed=memory_seed, traced=traced,
+                              progress=progress) as machine:
+            yield machine
+    except (EngineError, EngineTimeoutError, RuntimeError) as error:
+        raise InputError(f"machine: {error}") from error

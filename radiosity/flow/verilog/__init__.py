@@ -1,0 +1,1 @@
+"""Verilog of components, in forms that simulators and synthesis agree on."""

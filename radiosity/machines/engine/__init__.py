@@ -1,0 +1,1 @@
+"""The engine with any number of clusters, simulated."""

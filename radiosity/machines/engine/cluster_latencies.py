@@ -1,0 +1,46 @@
+"""Latencies and capacities of a cluster, from its components."""
+
+from functools import cache
+
+from golden.engine.config import Config
+from hw.control.section_cast import SectionCast
+from hw.ctu.ray_traversal import RayTraversal
+from hw.ctu.stage_count import LATENCY
+from hw.icu.intersection_pipeline import IntersectionPipeline
+from hw.icu.patch_setup import PatchSetup
+from hw.icu.ray_issue import RayIssue
+from hw.icu.ray_memory import RayMemory
+from hw.icu.settle_map import SettleMap
+from hw.icu.window_walk import WindowWalk
+from hw.memsys.memory_system import CELL_QUEUE, PATCH_QUEUE, REQUEST_QUEUE, MemorySystem
+from hw.memsys.patches.vertex_merge import VERTICES
+from radiosity.machines.engine.cluster_timing import ClusterTiming
+
+__all__ = ["cluster_timing"]
+
+# Of docstrings that have no attribute: `CtRayGenerator`'s latency without searches, `PositionSearch`'s cycles a bit,
+# `RowPieces`' row, piece, and search without the bits.
+_GENERATOR, _SEARCH, _ROW, _PIECE, _ARC = 28, 3, 1, 4, 3
+# From the start of the memory system to the first near cell: measured, as `golden.engine.schedule.cycle_model` has it
+# with the memory system's latency. `SectionCast`: from the last patch to the results.
+_BEGIN, _END = 8, 3
+# Registers between the settle map's word and the mask of a tile's rays (`IcRayGenerator`).
+_MASK = 2
+
+
+@cache
+def cluster_timing(config: Config) -> ClusterTiming:
+    """The timing of a cluster of a configuration with one node."""
+    setup, pipeline = PatchSetup(config=config), IntersectionPipeline(
+        config=config, update_latency=RayMemory(config=config, tag=0).latency)
+    traversal = RayTraversal(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))
+    icu = config.icu
+    return ClusterTiming(
+        begin=SectionCast.latency + _BEGIN, generator=_GENERATOR, search=_SEARCH, row=_ROW, piece=_PIECE, arc=_ARC,
+        traversal=traversal.latency,
+        sweep=(icu.side_bits - icu.tile_bits).bit_length() + 4 * icu.tile_bits + 7,
+        memory=MemorySystem.latency, vertices=VERTICES, setup=setup.latency,
+        walk=WindowWalk(config=config).latency + SettleMap(config=config, tag=1).latency + _MASK
+        + RayIssue(config=config).latency,
+        pipeline=pipeline.latency, over=LATENCY + 1, end=_END, cells=CELL_QUEUE, entries=PATCH_QUEUE,
+        requests=REQUEST_QUEUE, waiting=2 * REQUEST_QUEUE)

@@ -1,0 +1,155 @@
+"""Ray pages: the pages that rays refer to in the cells that they pass."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from golden.base.compiled import compiled
+from golden.cast.rays import Hits, Rays
+from golden.scene.cells import Cells
+from radiosity.machines.koan.scene_pages import CELL_BYTES, LIST_BYTES, PATCH_BYTES, ScenePages
+
+__all__ = ["PageString", "ray_pages"]
+
+# As in `golden.cast.grid`.
+STILL = 2.0**-60
+
+
+class PageString(NamedTuple):
+    """What groups of rays, such as those of a pixel, refer to.
+
+    Of the references of a group to a page the first and the last are listed. A cache that has as many frames as the
+    group has pages cannot drop it between them, so its faults are those of all references.
+
+    Parameters
+    ----------
+    first
+        G + 1 int64: where each group's references begin, and their number.
+    page
+        int32: their pages.
+    distinct, touches
+        G int64: pages of each group, and all its references.
+    """
+
+    first: np.ndarray
+    page: np.ndarray
+    distinct: np.ndarray
+    touches: np.ndarray
+
+
+def ray_pages(cells: Cells, layout: ScenePages, rays: Rays, hits: Hits, group: np.ndarray, groups: int) -> PageString:
+    """The references of rays that a grid has cast.
+
+    A ray refers to each cell that it passes, to each entry of its list, and to the patch of that entry, until the cell
+    in which it ends.
+
+    Parameters
+    ----------
+    cells, layout
+        The cells by which the rays were cast, and where they are in memory.
+    rays, hits
+        R rays and what they hit.
+    group
+        R int: the group of each, ascending.
+    groups
+        G.
+
+    Source: Badouel 1991, section 4.3, for a grid that is traversed after Amanatides and Woo.
+    """
+    first_ray = np.searchsorted(group, np.arange(groups + 1))
+    touches = hits.steps + 2 * hits.tests
+    most = int(np.diff(np.append(0, touches.cumsum())[first_ray]).max(initial=0))
+    ends = np.where(hits.patch >= 0, hits.t, rays.tmax)
+    start = cells.start.astype(np.int64)
+    distinct, all_touches = np.zeros((2, groups), dtype=np.int64)
+    counts = np.zeros(groups, dtype=np.int64)
+    buffers = np.empty(most, dtype=np.int32), np.zeros((len(layout), 3), dtype=np.int64) - 1
+    of_cells = (cells.base, cells.margin, cells.size, cells.shape.astype(np.int64), start,
+                cells.patch.astype(np.int64), layout.first, layout.page_bytes)
+    _walk(rays.origin, rays.direction, ends, first_ray, *of_cells, *buffers, counts, np.empty(0, dtype=np.int32),
+          distinct, all_touches)
+    first = np.append(0, counts.cumsum())
+    page = np.empty(first[-1], dtype=np.int32)
+    buffers[1][:] = -1
+    _walk(rays.origin, rays.direction, ends, first_ray, *of_cells, *buffers, first[:-1].copy(), page, distinct,
+          all_touches)
+    return PageString(first=first, page=page, distinct=distinct, touches=all_touches)
+
+
+@compiled
+def _add(buffer, seen, group, at, page):
+    """Add a reference to a group's, if it is not to the page of the one before."""
+    if at and buffer[at - 1] == page:
+        return at
+    buffer[at] = page
+    if seen[page, 0] != group:
+        seen[page, 0], seen[page, 1] = group, at
+    seen[page, 2] = at
+    return at + 1
+
+
+@compiled
+def _walk(origin, direction, ends, first_ray, base, margin, size, shape, start, listed, region, page_bytes,
+          buffer, seen, filled, pages, distinct, touches):
+    """Count the references of each group, or write them from ``filled`` on."""
+    index, step, plane, between = (np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64), np.empty(3), np.empty(3))
+    p, cross, inverse = np.empty(3), np.empty(3), np.empty(3)
+    for group in range(len(filled)):
+        at = 0
+        touches[group] = 0
+        for ray in range(first_ray[group], first_ray[group + 1]):
+            largest = max(abs(direction[ray, 0]), abs(direction[ray, 1]), abs(direction[ray, 2]))
+            entry, leave = 0.0, np.inf
+            for axis in range(3):
+                d = direction[ray, axis]
+                p[axis] = (origin[ray, axis] - base[axis]) + margin
+                extent = shape[axis] * size
+                inverse[axis] = 0.0
+                if abs(d) > STILL * largest:
+                    inverse[axis] = 1 / d
+                    low, high = (0 - p[axis]) * inverse[axis], (extent - p[axis]) * inverse[axis]
+                    entry, leave = max(entry, min(low, high)), min(leave, max(low, high))
+                elif not 0 <= p[axis] <= extent:
+                    entry = np.inf
+            if not (entry <= leave and entry < ends[ray]):
+                continue
+            for axis in range(3):
+                d = direction[ray, axis]
+                index[axis] = min(max(int((p[axis] + d * entry) / size), 0), shape[axis] - 1)
+                step[axis], cross[axis] = 0, np.inf
+                if inverse[axis] != 0:
+                    step[axis] = 1 if d > 0 else -1
+                    plane[axis] = (index[axis] + (1 if d > 0 else 0)) * size
+                    between[axis] = step[axis] * size
+                    cross[axis] = (plane[axis] - p[axis]) * inverse[axis]
+            while True:
+                cell = (index[0] * shape[1] + index[1]) * shape[2] + index[2]
+                at = _add(buffer, seen, group, at, region[0] + cell * CELL_BYTES // page_bytes)
+                touches[group] += 1 + 2 * (start[cell + 1] - start[cell])
+                for place in range(start[cell], start[cell + 1]):
+                    at = _add(buffer, seen, group, at, region[1] + place * LIST_BYTES // page_bytes)
+                    at = _add(buffer, seen, group, at, region[2] + listed[place] * PATCH_BYTES // page_bytes)
+                leave = min(cross[0], cross[1], cross[2])
+                if ends[ray] <= leave:
+                    break
+                is_inside = True
+                for axis in range(3):
+                    if cross[axis] <= leave:
+                        index[axis] += step[axis]
+                        is_inside = is_inside and 0 <= index[axis] < shape[axis]
+                        plane[axis] += between[axis]
+                        cross[axis] = (plane[axis] - p[axis]) * inverse[axis]
+                if not is_inside:
+                    break
+        found, pages_of_group = 0, 0
+        for place in range(at):
+            page = buffer[place]
+            is_first = seen[page, 1] == place
+            pages_of_group += is_first
+            if is_first or seen[page, 2] == place:
+                if len(pages):
+                    pages[filled[group] + found] = page
+                found += 1
+        distinct[group] = pages_of_group
+        if not len(pages):
+            filled[group] = found

@@ -1,0 +1,218 @@
+"""Node grids: the voxels of each node, as an array or as a hash table with a bit for each voxel."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from golden.base.compiled import compiled
+from radiosity.machines.torus.node_boxes import NodeBoxes
+from radiosity.machines.torus.object_tests import meets_box
+from radiosity.machines.torus.torus_scene import Objects
+
+__all__ = ["BITS", "ENTRIES", "NEXT", "OBJECT", "SUBDIVISIONS", "TABLE", "TAG", "NodeGrids", "array_bytes",
+           "chain_search", "hash_bytes", "node_grids", "representation_gain"]
+
+SUBDIVISIONS, TABLE, BITS, ENTRIES = range(4)
+"""Columns of ``shape``: v, where a node's table and bits begin, and heads of its hash table or 0 of an array."""
+
+OBJECT, NEXT, TAG = range(3)
+"""Columns of a reference."""
+
+_NONE = -1
+# Voxels take in what touches them within so many of their sizes, so that rounding loses no object.
+_SLACK = 1e-6
+
+
+class NodeGrids(NamedTuple):
+    """Voxels in flat arrays, which compiled functions read. A layer of shell voxels surrounds each grid.
+
+    Parameters
+    ----------
+    shape
+        P x 4 int64, see the columns.
+    low, cell
+        P x 3 float64: the corner of each node's grid, and the sizes of its voxels.
+    table
+        int64: of an array, each voxel's first reference, -1 if it is empty, and -2 less the face of a shell voxel;
+        of a hash table, the first reference of each chain or -1.
+    bits
+        uint8: of a hash table, a bit for each voxel that is not empty, or of the shell.
+    references
+        R x 3 int64, see the columns.
+    held
+        P int64: objects that each node has.
+    counts
+        P x 3 int64: references, those that share an entry with others, and voxels that are not empty.
+    """
+
+    shape: np.ndarray
+    low: np.ndarray
+    cell: np.ndarray
+    table: np.ndarray
+    bits: np.ndarray
+    references: np.ndarray
+    held: np.ndarray
+    counts: np.ndarray
+
+
+def node_grids(objects: Objects, bounds: np.ndarray, boxes: NodeBoxes, *, subdivisions: int,
+               entries: int = 0) -> NodeGrids:
+    """Assign each node's objects to its voxels.
+
+    An object is in each voxel that its surface meets. References are prepended. In an array, an object's voxels that
+    were empty share its first reference.
+
+    Parameters
+    ----------
+    objects, bounds
+        The objects, and N x 2 x 3 float64: their bounds.
+    boxes
+        The nodes' boxes.
+    subdivisions
+        v: voxels along each axis of a grid.
+    entries
+        M: heads of a hash table, a power of two; 0 for an array.
+
+    Source: Pearce 1987, chapters 2 and 4.
+    """
+    nodes, side = len(boxes.grown), subdivisions + 2
+    voxels, heads = side ** 3, entries or side ** 3
+    shape = np.zeros((nodes, 4), dtype=np.int64)
+    shape[:, SUBDIVISIONS], shape[:, ENTRIES] = subdivisions, entries
+    shape[:, TABLE] = np.arange(nodes) * heads
+    bytes_of_bits = (voxels + 7) // 8 if entries else 0
+    shape[:, BITS] = np.arange(nodes) * bytes_of_bits
+    grids = NodeGrids(shape=shape, low=boxes.grown[:, 0].copy(),
+                      cell=(boxes.grown[:, 1] - boxes.grown[:, 0]) / subdivisions,
+                      table=np.full(nodes * heads, _NONE, dtype=np.int64),
+                      bits=np.zeros(nodes * bytes_of_bits, dtype=np.uint8),
+                      references=np.zeros((0, 3), dtype=np.int64), held=np.zeros(nodes, dtype=np.int64),
+                      counts=np.zeros((nodes, 3), dtype=np.int64))
+    capacity = 4 * len(bounds) + 4096
+    while True:
+        references = np.full((capacity, 3), _NONE, dtype=np.int64)
+        used = _assign(grids, references, objects, bounds)
+        if used <= capacity:
+            return grids._replace(references=references[:max(used, 1)].copy())
+        capacity = 2 * capacity
+        for array, value in ((grids.table, _NONE), (grids.bits, 0), (grids.held, 0), (grids.counts, 0)):
+            array[...] = value
+
+
+@compiled
+def _assign(grids, references, objects, bounds):
+    """References of all nodes; more than the capacity if they do not fit."""
+    used = 0
+    low, high = np.zeros(3), np.zeros(3)
+    first, last = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
+    for node in range(len(grids.shape)):
+        subdivisions, table, entries = (grids.shape[node, SUBDIVISIONS], grids.shape[node, TABLE],
+                                        grids.shape[node, ENTRIES])
+        side = subdivisions + 2
+        _surround(grids, node)
+        for number in range(len(bounds)):
+            is_outside = False
+            for axis in range(3):
+                size = grids.cell[node, axis]
+                start = (bounds[number, 0, axis] - grids.low[node, axis]) / size
+                end = (bounds[number, 1, axis] - grids.low[node, axis]) / size
+                is_outside |= start > subdivisions + _SLACK or end < -_SLACK
+                first[axis] = max(0, int(np.floor(min(max(start - _SLACK, 0.0), float(subdivisions)))))
+                last[axis] = min(subdivisions - 1, int(np.floor(min(max(end + _SLACK, 0.0), float(subdivisions)))))
+                first[axis] = min(first[axis], last[axis])
+            if is_outside:
+                continue
+            shared = _NONE
+            is_held = False
+            for x in range(first[0], last[0] + 1):
+                for y in range(first[1], last[1] + 1):
+                    for z in range(first[2], last[2] + 1):
+                        for axis in range(3):
+                            place = x if axis == 0 else y if axis == 1 else z
+                            size = grids.cell[node, axis]
+                            low[axis] = grids.low[node, axis] + (place - _SLACK) * size
+                            high[axis] = grids.low[node, axis] + (place + 1 + _SLACK) * size
+                        if not meets_box(objects, number, low, high):
+                            continue
+                        is_held = True
+                        index = ((x + 1) * side + y + 1) * side + z + 1
+                        head = table + (index & (entries - 1) if entries else index)
+                        grids.counts[node, 0] += 1
+                        if entries:
+                            at = grids.shape[node, BITS] + (index >> 3)
+                            if not grids.bits[at] >> (index & 7) & 1:
+                                grids.counts[node, 2] += 1
+                                grids.bits[at] |= np.uint8(1 << (index & 7))
+                        elif grids.table[head] == _NONE:
+                            grids.counts[node, 2] += 1
+                            if shared != _NONE:
+                                grids.counts[node, 1] += 1
+                                grids.table[head] = shared
+                                continue
+                        if used < len(references):
+                            references[used, OBJECT], references[used, TAG] = number, index
+                            references[used, NEXT] = grids.table[head]
+                            if not entries and grids.table[head] == _NONE:
+                                shared = used
+                            grids.table[head] = used
+                        used += 1
+            grids.held[node] += is_held
+    return used
+
+
+@compiled
+def _surround(grids, node):
+    """Mark the shell: of an array by its face, of a hash table by the bit alone."""
+    side, table, entries = grids.shape[node, SUBDIVISIONS] + 2, grids.shape[node, TABLE], grids.shape[node, ENTRIES]
+    index = 0
+    for x in range(side):
+        for y in range(side):
+            for z in range(side):
+                face = _NONE
+                if x == side - 1 or x == 0:
+                    face = 0 if x else 1
+                elif y == side - 1 or y == 0:
+                    face = 2 if y else 3
+                elif z == side - 1 or z == 0:
+                    face = 4 if z else 5
+                if face != _NONE:
+                    if entries:
+                        grids.bits[grids.shape[node, BITS] + (index >> 3)] |= np.uint8(1 << (index & 7))
+                    else:
+                        grids.table[table + index] = -2 - face
+                index += 1
+
+
+def array_bytes(subdivisions: int, references: int, shared: int) -> int:
+    """Bytes of an array by the source's formula 4.4, which leaves the shell out."""
+    return 4 * subdivisions ** 3 + 8 * (references - shared)
+
+
+def hash_bytes(entries: int, references: int) -> int:
+    """Bytes of a hash table by the source's formula 4.5, which leaves the bits out."""
+    return 4 * entries + 12 * references
+
+
+def representation_gain(subdivisions: int, entries: int, references: int, shared: int) -> int:
+    """Bytes that a hash table saves, beta of formula 4.6; an array is the smaller one where it is negative."""
+    return array_bytes(subdivisions, references, shared) - hash_bytes(entries, references)
+
+
+def chain_search(grids: NodeGrids, node: int) -> tuple[float, float]:
+    """Entries of a chain that are compared for a voxel that is not empty: counted, and of random chains.
+
+    Formulas 4.2 and 4.3 of the source: sum n^2 / 2 F + 1/2 over chains of n entries, and 1 + rho / 2 at a load of rho.
+    Voxels, of which the source speaks, have one entry each here, whatever their objects are.
+    """
+    entries, start = grids.shape[node, ENTRIES], grids.shape[node, TABLE]
+    lengths = np.zeros(entries)
+    for slot in range(entries):
+        seen, at = set(), grids.table[start + slot]
+        while at != _NONE:
+            seen.add(int(grids.references[at, TAG]))
+            at = grids.references[at, NEXT]
+        lengths[slot] = len(seen)
+    full = lengths.sum()
+    if not full:
+        return 1.0, 1.0
+    return float((lengths ** 2).sum() / (2 * full) + 0.5), float(1 + full / entries / 2)

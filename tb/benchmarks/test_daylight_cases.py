@@ -1,0 +1,16 @@
+import pytest
+
+from benchmarks.daylight_cases import CASES
+
+# One of each kind; `make nightly` measures the others.
+QUICK = ("cie-overcast sky", "roof, uniform sky", "pane in the facade, cie-overcast sky", "half a lit floor",
+         "cube of 0.5", "lamps", "luminaire")
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.nightly)
+                                  for name in CASES])
+def test_illuminances_are_within_a_hundredth_of_the_truth(name):
+    cases = list(CASES[name]())
+    assert cases
+    for case in cases:
+        assert abs(case.error) < 0.01, case

@@ -1,0 +1,58 @@
+"""Pages of benchmarks: tables in Markdown, and the same as JSON."""
+
+import json
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from benchmarks import main_memory
+from benchmarks.main_memory import BURST_BEATS, bound, rate
+from benchmarks.report import output_option, table, tables_of, write_report
+from radiosity.cli.bench import bench
+from radiosity.cli.main import main as radiosity
+
+LINES = ["# A page", "", "Words.", "", "## First", "", *table(["scene", "count"], [["man", 3], ["lobby", 0.25]]), "",
+         "## Second", "", "| a |", "|---|", "| - |"]
+
+
+def test_tables_of_a_page():
+    assert tables_of(LINES) == [
+        {"title": "First", "rows": [{"scene": "man", "count": 3}, {"scene": "lobby", "count": 0.25}]},
+        {"title": "Second", "rows": [{"a": "-"}]}]
+
+
+def test_the_page_is_written_and_printed(tmp_path):
+    @click.command()
+    @output_option("x")
+    def command(output):
+        write_report(output, LINES)
+
+    path = tmp_path / "new" / "x.md"
+    result = CliRunner().invoke(command, ["-o", str(path)], catch_exceptions=False)
+    assert path.read_text() == "\n".join(LINES) + "\n"
+    assert result.stdout == f"{path.read_text()}\nwrote {path}\n"
+
+
+def test_json_is_one_object(tmp_path, monkeypatch):
+    monkeypatch.setattr(main_memory, "rate", lambda outstanding, latency: 0.5)
+    result = CliRunner().invoke(radiosity, ["bench", "main_memory", "--json", "-o", str(tmp_path / "x.md")])
+    tables = json.loads(result.stdout)["tables"]
+    assert [one["title"] for one in tables] == ["Measured", "Bound"]
+    assert tables[0]["rows"][0] | {"1 cycles": 0.5} == tables[0]["rows"][0]
+
+
+@pytest.mark.parametrize("name", bench.list_commands(click.Context(bench)))
+def test_help_is_a_sentence(name):
+    command = bench.get_command(click.Context(bench), name)
+    about = " ".join(command.help.split())
+    assert about[0].isupper()
+    assert about.endswith(".")
+    for parameter in command.params:
+        if isinstance(parameter, click.Option):
+            assert parameter.help, f"{name}: {parameter.name}"
+
+
+@pytest.mark.parametrize(("outstanding", "latency"), [(1, 1), (2, 20), (4, 5)])
+def test_the_memory_port_reaches_its_bound(outstanding, latency):
+    assert rate(outstanding, latency, beats=16 * BURST_BEATS) == pytest.approx(bound(outstanding, latency), abs=0.03)

@@ -1,0 +1,117 @@
+"""Degenerate quads: which parts of the definition of a split patch matter, and that the others do not.
+
+A patch is split if it is neither strictly convex nor a triangle. Two of these words change no hit and no window:
+
+* "strictly": where all four windings are 0, both orientations are 0, and a patch without orientation is never hit,
+  whether it is split or not.
+* "nor a triangle": a triangle's second part, with a vertex twice, has the orientation 0, and its first part has the
+  planes of the whole: n_30 = -n_02, and n_23 = 0 is inside for every ray. So a triangle may be split.
+
+All other cases matter: a quad that is not convex has hits outside the intersection of its four edges.
+"""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from golden.engine.icu.edge_planes import EdgePlanes
+from golden.engine.icu.ipbb import ImagePlaneWindows
+from golden.engine.icu.sbb import SphericalWindows
+from golden.engine.icu.screening import edge_distances, inside
+from tb.golden.engine.icu.patches import CONFIG, hemisphere, meeting, screen, setup
+
+
+def degenerate(count=60):
+    """Quads with all pairs of vertices repeated, vertices on a line with others or the origin, and vertices at it."""
+    random, quads = np.random.default_rng(4), []
+    for first, second in combinations(range(4), 2):
+        quad = random.integers(-(2**21), 2**21, (count, 4, 3))
+        quad[:, second] = quad[:, first]
+        quads.append(quad)
+        # On one line through the origin: the same V', or the opposite one, from different vertices.
+        along = quad.copy()
+        along[:, second] = along[:, first] * np.array([-1, 1])[np.arange(count) % 2, None] // 2 * 2
+        quads.append(along)
+        middle = quad.copy()
+        rest = [vertex for vertex in range(4) if vertex not in (first, second)]
+        middle[:, second] = (middle[:, rest[0]] + middle[:, rest[1]]) // 2
+        quads.append(middle)
+    nothing = random.integers(-(2**21), 2**21, (count, 4, 3))
+    nothing[np.arange(count), np.arange(count) % 4] = 0
+    point = np.repeat(random.integers(-(2**21), 2**21, (count, 1, 3)), 4, axis=1)
+    flat = random.integers(-(2**10), 2**10, (count, 4, 3)) * [1, 0, 1]
+    return np.concatenate([*quads, nothing, point, flat])
+
+
+def variants(directions, planes):
+    """The planes with other definitions of a split patch, by name."""
+    winding = np.sign(np.einsum("pei,pei->pe", planes.planes[:, :4], np.roll(directions, -2, axis=1)))
+    alike = (winding == winding[:, :1]).all(axis=1)
+    is_triangle = (directions[:, 2] == directions[:, 3]).all(axis=1)
+    convex = alike & (winding[:, 0] != 0)
+    assert (planes.split == (~convex & ~is_triangle)).all()
+    made = {"weakly convex": ~alike & ~is_triangle, "triangles too": ~convex, "never": np.zeros_like(convex)}
+    return {name: EdgePlanes(planes.planes, planes.orientation, split) for name, split in made.items()}
+
+
+@pytest.fixture(scope="module")
+def quads():
+    directions, planes = setup(degenerate())
+    return directions, planes, variants(directions, planes)
+
+
+def rays_at(directions):
+    """Rays at each patch: through its vertices, its edges and its middle, and around them."""
+    random = np.random.default_rng(5)
+    weights = np.concatenate([np.eye(4), (np.eye(4) + np.roll(np.eye(4), 1, axis=0)) / 2, np.full((1, 4), 0.25),
+                              random.dirichlet(np.ones(4), 8)])
+    target = np.einsum("kv,pvi->pki", weights, directions.astype(float))
+    target += random.integers(-1, 2, target.shape)
+    length = np.maximum(np.linalg.norm(target, axis=2, keepdims=True), 1)
+    rays = np.rint(target / length * 2**16).astype(np.int64).reshape(-1, 3)
+    return np.repeat(np.arange(len(directions)), 17), rays
+
+
+@pytest.mark.parametrize("name", ["weakly convex", "triangles too"])
+def test_a_degenerate_quad_has_the_same_hits_split_or_not(quads, name):
+    directions, planes, others = quads
+    other = others[name]
+    assert (other.split != planes.split).any()
+    patch, rays = rays_at(directions)
+    distances = edge_distances(planes[patch], rays, CONFIG.numbers)
+    hit, orientation = inside(distances, planes[patch])
+    same, turned = inside(distances, other[patch])
+    assert (hit == same).all()
+    assert (orientation == turned)[hit].all()
+    assert hit.sum() > 1000
+    directions = hemisphere(32, 16).all_directions()
+    met, met_too = (set(zip(*meeting(these, directions), strict=True)) for these in (planes, other))
+    assert met == met_too
+
+
+@pytest.mark.parametrize("name", ["weakly convex", "triangles too"])
+@pytest.mark.parametrize("record", [hemisphere(64, 32), screen(40, 30)], ids=["hemisphere", "screen"])
+def test_a_degenerate_quad_has_the_same_window_split_or_not(quads, record, name):
+    directions, planes, others = quads
+    windows = (ImagePlaneWindows if record.is_screen else SphericalWindows)(record, CONFIG)
+    for one, other in zip(*(vars(windows.windows(directions, these)).values() for these in (planes, others[name])),
+                          strict=True):
+        assert (one == other).all()
+
+
+def test_quads_that_are_not_convex_need_to_be_split(quads):
+    directions, planes, others = quads
+    patch, rays = rays_at(directions)
+    distances = edge_distances(planes[patch], rays, CONFIG.numbers)
+    assert (inside(distances, planes[patch])[0] != inside(distances, others["never"][patch])[0]).any()
+
+
+def test_a_patch_without_orientation_is_never_hit(quads):
+    directions, planes, _ = quads
+    flat = ~planes.orientation.any(axis=1)
+    assert flat.sum() > 100
+    patch, rays = rays_at(directions)
+    assert not inside(edge_distances(planes[patch], rays, CONFIG.numbers), planes[patch])[0][flat[patch]].any()
+    for record, windows in ((hemisphere(64, 32), SphericalWindows), (screen(40, 30), ImagePlaneWindows)):
+        assert not windows(record, CONFIG).windows(directions, planes).rays[flat].any()

@@ -1,0 +1,145 @@
+"""Beats of sections of any alignment; `tb.memsys.results.test_result_writer` compares the memory that they make."""
+
+from itertools import pairwise
+
+import pytest
+
+from golden.engine.jobs.result_formats import HitFormat
+from hw.memsys.results.result_packer import ResultPacker
+from tb.lib.bench import Bench, Vectors
+from tb.lib.configurations import config_of
+from tb.lib.runner import SIMULATORS
+from tb.lib.schedules import Schedule, ScheduleBench
+from tb.memsys.results.test_result_address import expected as extent_of
+from tb.memsys.section_results import drawn_section, joined
+
+CHANGES = [{"memory.data_bits": bits} for bits in (64, 128)]
+
+
+def vectors(config, sections):
+    """Of several sections."""
+    bits = config.memory.data_bits
+    beats = [beat for one in sections for beat in one.beats(bits)]
+    return Vectors(inputs=joined(sections) | {"i": [extent_of(one, bits) for one in sections]},
+                   expected={"o": beats}, ports={"discard": 0}, after={"busy": 0}, about=sections)
+
+
+def written(beats):
+    """Beats with what is written alone."""
+    for beat in beats:
+        beat["data"] &= sum(0xFFFFFFFF << 32 * k for k in range(beat["lanes"].bit_length()) if beat["lanes"] >> k & 1)
+    return beats
+
+
+class TestResultPacker(Bench):
+    """Random sections."""
+
+    component, arguments = ResultPacker, {"group_bits": 4}
+    variants, splits = CHANGES, False
+    count = 14
+
+    def vectors(self, config):
+        return self.drawn(config, 5)
+
+    def drawn(self, config, seed):
+        return vectors(config, [drawn_section(100 * seed + k, config, base=1 << 20) for k in range(self.count)])
+
+    def check(self, given, came):
+        assert written(self.values("o", came)) == given.expected["o"]
+
+    def check_times(self, given, cycles, latency):
+        """A hit per cycle, or a beat; a sum per cycle; nothing between them, and a cycle before the next section."""
+        whole = 2 if self.now_bits == 64 else 1
+        hits, sums, taken, beats = (iter(cycles[name]) for name in ("i_hit", "i_sum", "i", "o"))
+        before, timed = None, 0
+        for one in given.about:
+            interval = whole if one.command.hit_format == HitFormat.FULL else 1
+            begins, hit = next(taken, None), [next(hits, None) for _ in one.hit_items]
+            found = [*hit, *(next(sums, None) for _ in one.sum_items)]
+            if None in (begins, *found, *(next(beats, None) for _ in one.beats(self.now_bits))):
+                break
+            timed += 1
+            assert {b - a for a, b in pairwise(hit)} <= {interval}
+            assert {b - a for a, b in pairwise(found[len(hit) - 1:])} == {1}
+            assert hit[0] == begins + interval
+            assert before is None or begins == before + 1
+            before = found[-1]
+        assert timed >= 3
+
+    def make(self, config):
+        self.now_bits = config.memory.data_bits
+        return super().make(config)
+
+    def unstalled(self, given, cycles, half):
+        """The first half of each stream: what belongs to later sections is missing in one of them."""
+        return {name: cycles[name][:half[name]] for name in given.inputs} | {"o": cycles["o"][:len(cycles["o"]) // 2]}
+
+
+class TestWideBeats(TestResultPacker):
+    """Beats of 512 bits."""
+
+    test_in_amaranth = None
+    simulators = SIMULATORS[1:]
+    changes = {"memory.data_bits": 512}
+
+
+class TestBeatsOf32Bytes(TestWideBeats):
+    changes = {"memory.data_bits": 256}
+
+
+@pytest.fixture(scope="module", params=CHANGES, ids=lambda changes: str(changes["memory.data_bits"]))
+def packer(request):
+    config = config_of(request.param)
+    return config, ScheduleBench(ResultPacker(config=config, group_bits=4), watched=("words", "wrong", "overflow"))
+
+
+def schedule(config, items):
+    """Without gaps; of commands the extents."""
+    extents = [extent_of(one, config.memory.data_bits) for one in items["i"]]
+    return Schedule(items={name: [(0, item) for item in values] for name, values in (items | {"i": extents}).items()})
+
+
+def test_what_is_discarded(packer):
+    """The rest of a section, and its count of sums; nothing of it is in a beat of the next section."""
+    config, bench = packer
+    sections = [drawn_section(300 + k, config, base=1 << 20, columns=9, hit_format=HitFormat.IDS, sums=True)
+                for k in range(8)]
+    second = next(k for k, one in enumerate(sections[1:-1], start=1) if len(one.sums) > 4)
+    sections = sections[second - 1:second + 2]
+    items = joined(sections) | {"i": sections}
+    before, hits, sums = (len(sections[0].hit_items) + len(sections[0].sum_items), len(sections[1].hit_items),
+                          len(sections[1].sums))
+    first, *_, last = (one.beats(config.memory.data_bits) for one in sections)
+    for kept in (1, 2, 3, hits - 1, hits, hits + 1, hits + sums - 1):
+        came = written(bench.run(schedule(config, items), discard=lambda cycles, kept=kept: len(cycles["i"]) == 2 and (
+            len(cycles["i_hit"]) + len(cycles["i_sum"]) >= before + kept))["o"])
+        beats = sections[1].beats(config.memory.data_bits)
+        assert came == [*first, *beats[:len(came) - len(first) - len(last)], *last]
+        assert len(came) < len(first) + len(beats) + len(last)
+        counts = [bench.history["words"][cycle - 1] for cycle in bench.cycles["i"][1:]] + [bench.history["words"][-1]]
+        assert counts == [len(sections[0].sums), 0, len(sections[2].sums)]
+
+
+def test_what_is_wrong(packer):
+    """A sum that has overflowed, but no item without a sum; a last hit that ends no row."""
+    config, bench = packer
+    sections = [drawn_section(400 + k, config, base=1 << 20) for k in range(24)]
+    items = joined(sections)
+    items["i_sum"] = [{**one, "overflow": int(number % 4 == 3 or not one["is_sum"])}
+                      for number, one in enumerate(items["i_sum"])]
+    assert {(one["overflow"], one["is_sum"]) for one in items["i_sum"]} == {(0, 1), (1, 0), (1, 1)}
+    for one in items["i_hit"]:
+        one["column"] ^= one["last"] and one["row"] & 1
+    bench.run(schedule(config, items | {"i": sections}))
+    ends = {(one.command.section.end_row - 1) & 1 for one in sections}
+    assert ends == {0, 1}
+    sums, hits = bench.cycles["i_sum"], bench.cycles["i_hit"]
+    assert _cycles(bench, "overflow") == [cycle for cycle, one in zip(sums, items["i_sum"], strict=True) if (
+        one["overflow"] and one["is_sum"])]
+    assert _cycles(bench, "wrong") == [cycle for cycle, one in zip(hits, items["i_hit"], strict=True) if (
+        one["last"] and one["row"] & 1)]
+
+
+def _cycles(bench, name):
+    """In which an output was 1."""
+    return [cycle for cycle, value in enumerate(bench.history[name], start=1) if value]

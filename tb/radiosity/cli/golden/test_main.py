@@ -1,0 +1,710 @@
+import csv
+import errno
+import json
+import os
+import subprocess
+import sys
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+from scipy import sparse
+
+import radiosity.cli.golden.main
+import radiosity.tasks.render
+from golden.cast.methods import RAY_METHODS
+from golden.engine.cast.methods import FRUSTUM_METHODS
+from golden.light.image import read_exr
+from golden.scene.builtin import BUILTIN
+from radiosity.cli.command_line import command_line
+
+FAST = ("--size", "12x8", "--spp", "1", "--light-samples", "1", "--depth", "1", "--rays", "16x4", "--method", "grid")
+# With patches that are not cut.
+COARSE = (*FAST, "--max-edge", "1000")
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+LAMP = "mtllib lamp.mtl\nusemtl lamp\n"
+NFF_VIEW = "v\nfrom {from_}\nat 0 0 0\nup 0 0 1\nangle 40\nhither 1\nresolution 16 16\n"
+NFF_BODY = "b 0.5 0.5 0.5\nl 4 3 2\nf 0.8 0.2 0.2 1 0 0 0 1\np 3\n0 0 0\n1 0 0\n0 1 0\n"
+PLY = ("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+       "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 {} 0\n3 0 1 2\n")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*arguments):
+    result = CliRunner().invoke(radiosity.cli.golden.main.main, [str(argument) for argument in arguments])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
+    return result
+
+
+def succeed(*arguments):
+    result = run(*arguments)
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def content(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def refused(exit_code, stderr, message, code=2):
+    assert exit_code == code
+    assert stderr.startswith("error: "), stderr
+    assert stderr.endswith("\n")
+    assert stderr.count("\n") == 1, stderr
+    assert "Traceback" not in stderr
+    assert message in stderr
+
+
+RENDER = ("render", "furnace:1", "-o", "out.png", *FAST)
+
+FACTORS = ("formfactors", "furnace:1", "--rays", "16x4")
+PENTAGON = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n"
+BENT = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nf 1 2 3 4\n"
+ADAPTIVE = ("formfactors", "-o", "F.npz")
+VS3 = "V 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\nS 1 1 2 3 4 0 0 1 wall\n"
+STL = ("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 {} 0\nendloop\nendfacet\n"
+       "endsolid a\n")
+EXCHANGE = ("exchange", "F.npz", "t.csv", "-o", "q.csv")
+HEAD = "surface,temperature,emissivity\n"
+# View factors between two parallel walls.
+WALLS = {"data": [1.0, 1.0], "indices": [1, 0], "indptr": [0, 1, 2], "shape": [2, 2], "sky": [0.0, 0], "area": [1.0, 1],
+         "normal": [[0.0, 0, 1], [0, 0, -1]], "surface": ["a", "b"], "settings": "{}",
+         "back": [0.0, 0], "patch": [0, 1], "front": [True, True]}
+
+# Name of the case: files to make (text, or arrays of an .npz), arguments, the message.
+BAD = {
+    "no command": ({}, (), "Missing command"),
+    "unknown command": ({}, ("rendr", "cornell"), "rendr"),
+    "unknown option": ({}, (*RENDER, "--sise", "8x8"), "--sise"),
+    "no scene": ({}, ("render", "-o", "out.png"), "SCENE"),
+    "no output": ({}, ("render", "furnace"), "--output"),
+    "two scenes": ({}, ("render", "furnace", "cornell", "-o", "out.png"), "cornell"),
+    "unknown scene": ({}, ("render", "atrium", "-o", "out.png"), "'atrium'"),
+    "size of a scene that has one": ({}, ("render", "cornell:2", "-o", "out.png"), "one size"),
+    "size that is no number": ({}, ("render", "tetra:big", "-o", "out.png"), "whole number"),
+    "size out of range": ({}, ("render", "tetra:99", "-o", "out.png"), "Size must be"),
+    "negative size": ({}, ("render", "tetra:-1", "-o", "out.png"), "whole number"),
+    "missing file": ({}, ("render", "nowhere.obj", "-o", "out.png"), "nowhere.obj"),
+    "missing file of NFF": ({}, ("render", "nowhere.nff", "-o", "out.png"), "nowhere.nff"),
+    "unknown ending": ({"a.max": "x"}, ("render", "a.max", "-o", "out.png"), ".max"),
+    "file without faces": ({"a.obj": TRIANGLE}, ("render", "a.obj", "-o", "out.png"), "a.obj"),
+    "empty file": ({"a.obj": ""}, ("render", "a.obj", "-o", "out.png"), "a.obj"),
+    "empty STL": ({"a.stl": ""}, ("render", "a.stl", "-o", "out.png"), "a.stl"),
+    "empty NFF": ({"a.nff": ""}, ("render", "a.nff", "-o", "out.png"), "a.nff"),
+    "binary rubbish as GLB": ({"a.glb": "\0\1\2 rubbish"}, ("render", "a.glb", "-o", "out.png"), "a.glb"),
+    "rubbish as glTF": ({"a.gltf": "{}"}, ("render", "a.gltf", "-o", "out.png"), "a.gltf"),
+    "rubbish as PLY": ({"a.ply": "ply\nformat"}, ("render", "a.ply", "-o", "out.png"), "a.ply"),
+    "rubbish as NFF": ({"a.nff": "p 3\n0 0\n"}, ("render", "a.nff", "-o", "out.png"), "a.nff"),
+    "vertex not a number": ({"a.obj": "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"),
+                            "finite"),
+    "vertex at infinity": ({"a.ply": PLY.format("inf")}, ("render", "a.ply", "-o", "out.png"), "finite"),
+    "face without area": ({"a.obj": "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"),
+                          "area"),
+    "face without area in PLY": ({"a.ply": PLY.format("0")}, ("render", "a.ply", "-o", "out.png"), "area"),
+    "face with a vertex that is not there": ({"a.obj": TRIANGLE + "f 1 2 9\n"}, ("render", "a.obj", "-o", "out.png"),
+                                             "a.obj"),
+    "unknown material": ({"a.obj": LAMP + TRIANGLE + "f 1 2 3\n", "lamp.mtl": "newmtl other\nKd 1 1 1\n"},
+                         ("render", "a.obj", "-o", "out.png", "--strict"), "'lamp'"),
+    "missing material file": ({"a.obj": LAMP + TRIANGLE + "f 1 2 3\n"},
+                              ("render", "a.obj", "-o", "out.png", "--strict"), "lamp.mtl"),
+    "no light": ({"a.obj": TRIANGLE + "f 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"), "light"),
+    "folder as scene": ({"a.obj/b": ""}, ("render", "a.obj", "-o", "out.png"), "a.obj"),
+    "eye at the target": ({}, (*RENDER, "--eye", "1,2,3", "--target", "1,2,3"), "eye"),
+    "up along the view": ({}, (*RENDER, "--eye", "0,0,3", "--target", "0,0,1", "--up", "0,0,1"), "along the view"),
+    "no field of view": ({}, (*RENDER, "--fov", "0"), "Field of view"),
+    "field of view over half the space": ({}, (*RENDER, "--fov", "180"), "Field of view"),
+    "eye of two numbers": ({}, (*RENDER, "--eye", "1,2"), "--eye"),
+    "eye not a number": ({}, (*RENDER, "--eye", "1,2,nan"), "--eye"),
+    "degenerate camera of a file": ({"a.nff": NFF_VIEW.format(from_="0 0 0") + NFF_BODY},
+                                    ("render", "a.nff", "-o", "out.png"), "camera"),
+    "wrong ending": ({}, ("render", "furnace", "-o", "out.jpg"), ".jpg"),
+    "output in a missing folder": ({}, ("render", "furnace", "-o", "missing/out.png"), "missing/out.png"),
+    "output that is a folder": ({"out.png/a": ""}, ("render", "furnace", "-o", "out.png"), "directory"),
+    "output below a file": ({"a": ""}, ("render", "furnace", "-o", "a/out.png"), "a/out.png"),
+    "same output twice": ({"a/b": ""}, (*RENDER, "-o", "a/../out.png"), "twice"),
+    "statistics with the wrong ending": ({}, (*RENDER, "--stats", "a.txt"), ".json"),
+    "statistics in a missing folder": ({}, (*RENDER, "--stats", "missing/a.json"), "missing/a.json"),
+    "heat map in a missing folder": ({}, (*RENDER, "--heatmap", "missing/a"), "missing/a"),
+    "heat map over an image": ({}, ("render", "furnace:1", "-o", "a-steps.png", "--heatmap", "a", *FAST), "twice"),
+    "illuminance with the wrong ending": ({}, (*RENDER, "--illuminance", "a.txt"), ".csv"),
+    "surfaces with the wrong ending": ({}, (*RENDER, "--surfaces", "a.obj"), ".glb"),
+    "false colours in a missing folder": ({}, (*RENDER, "--false-colour", "missing/a"), "missing/a"),
+    "sensors that are not there": ({}, (*RENDER, "--sensors", "a.txt"), "a.txt: cannot be read"),
+    "sensors of five numbers": ({"a.txt": "0 0 0 0 1\n"}, (*RENDER, "--sensors", "a.txt"), "a.txt: line 1: "),
+    "table of no sensors": ({}, (*RENDER, "--sensor-table", "a.csv"), "--sensor-table: Sensor table must have sensors"),
+    "table over its sensors": ({"a.csv": "0 0 0 0 0 1\n"}, (*RENDER, "--sensors", "a.csv", "--sensor-table", "a.csv"),
+                               "it is the input"),
+    "no efficacy": ({}, (*RENDER, "--efficacy", "0"), "--efficacy"),
+    "image of one number": ({}, (*RENDER, "--size", "512"), "--size"),
+    "image of a digit that is no decimal one": ({}, (*RENDER, "--size", "12x²"), "'12x²' is not two whole numbers"),
+    "image without pixels": ({}, (*RENDER, "--size", "0x10"), "Width must be"),
+    "image too wide": ({}, (*RENDER, "--size", "99999x1"), "Width must be"),
+    "image too large": ({}, (*RENDER, "--size", "16384x16384"), "pixels"),
+    "no samples": ({}, (*RENDER, "--spp", "0"), "Samples must be"),
+    "samples that are no square": ({}, (*RENDER, "--spp", "3"), "square number"),
+    "samples not a number": ({}, (*RENDER, "--spp", "many"), "--spp"),
+    "no light samples": ({}, (*RENDER, "--light-samples", "0"), "Light samples must be"),
+    "negative depth": ({}, (*RENDER, "--depth", "-1"), "Depth must be"),
+    "negative seed": ({}, (*RENDER, "--seed", "-1"), "Seed must be"),
+    "rays not a power of two": ({}, (*RENDER, "--rays", "100x64"), "power of two"),
+    "too many rays": ({}, (*RENDER, "--rays", "65536x65536"), "power of two"),
+    "no edge": ({}, (*RENDER, "--max-edge", "0"), "--max-edge"),
+    "edge not a number": ({}, (*RENDER, "--max-edge", "nan"), "--max-edge"),
+    "negative area": ({}, (*RENDER, "--max-area", "-1"), "--max-area"),
+    "too many elements": ({}, (*RENDER, "--max-edge", "1e-6"), "elements"),
+    "cell larger than the scene": ({}, (*RENDER, "--cell", "2"), "Cell size must be"),
+    "no threads": ({}, (*RENDER, "--jobs", "0"), "Jobs must be"),
+    "unknown solver": ({}, (*RENDER, "--solver", "magic"), "magic"),
+    "nothing missing": ({}, (*RENDER, "--shoot", "1e-9"), "--shoot: Tolerance must be"),
+    "no shooters": ({}, (*RENDER, "--shoot", "0.1", "--shooters", "0"), "--shooters: Shooters must be"),
+    "shooters without shooting": ({}, (*RENDER, "--shooters", "4"), "--shooters needs --shoot"),
+    "preview without shooting": ({}, (*RENDER, "--preview", "p.png"), "--preview needs --shoot"),
+    "preview of no format": ({}, (*RENDER, "--shoot", "0.1", "--preview", "p.tga"), ".tga"),
+    "preview at no step": ({}, (*RENDER, "--shoot", "0.1", "--preview", "p.png", "--preview-steps", "0"),
+                           "--preview-steps: Steps must be"),
+    "shooting by a solver": ({}, (*RENDER, "--shoot", "0.1", "--solver", "gauss-seidel"), "exclude each other"),
+    "shooting under a sky": ({}, (*RENDER, "--shoot", "0.1", "--sky", "1,1,1"), "--shoot: It has a background"),
+    "unknown method": ({}, (*RENDER, "--method", "octree"), "octree"),
+    "unknown tone curve": ({}, (*RENDER, "--tone", "filmic"), "filmic"),
+    "exposure not a number": ({}, (*RENDER, "--exposure", "nan"), "--exposure"),
+    "scale without false colours": ({}, (*RENDER, "--decades", "3"), "--decades"),
+    "picture of other bits": ({}, (*RENDER, "--bits", "12"), "--bits"),
+    "gamma of zero": ({}, (*RENDER, "--gamma", "0"), "--gamma"),
+    "sky of two numbers": ({}, (*RENDER, "--sky", "1,1"), "--sky"),
+    "dark sky below zero": ({}, (*RENDER, "--sky", "0,-1,0"), "--sky"),
+    "unknown quality": ({}, (*RENDER, "--quality", "best"), "'best' is not one of 'sketch', 'draft', 'normal', 'high'"),
+    "two qualities": ({}, (*RENDER, "--quick", "--quality", "high"), "--quick and --quality exclude each other"),
+    "quick view factors": ({}, (*FACTORS, "-o", "F.npz", "--quick"), "'--quick'"),
+    "unknown sky": ({}, (*RENDER, "--sky", "blue"), "--sky"),
+    "sun without a sky": ({}, (*RENDER, "--sun", "180,40"), "--sun needs --sky"),
+    "clear sky without a sun": ({}, (*RENDER, "--sky", "cie-clear"), "--sun: Sun must be above the horizon"),
+    "clear sky at night": ({}, (*RENDER, "--sky", "cie-clear", "--date", "2026-06-21T23:00+00:00", "--place", "48,11"),
+                           "--sun: Sun must be above the horizon"),
+    "date without a place": ({}, (*RENDER, "--sky", "cie-clear", "--date", "2026-06-21T12:00Z"), "need each other"),
+    "date without an offset": ({}, (*RENDER, "--sky", "cie-clear", "--date", "2026-06-21T12:00", "--place", "48,11"),
+                               "--date: Date must have an offset"),
+    "date that is none": ({}, (*RENDER, "--sky", "cie-clear", "--date", "today", "--place", "48,11"), "--date"),
+    "two suns": ({}, (*RENDER, "--sky", "cie-clear", "--sun", "180,40", "--date", "2026-06-21T12:00Z", "--place",
+                      "48,11"), "--sun excludes"),
+    "weather of another sky": ({}, (*RENDER, "--sky", "uniform", "--weather", "500,100"), "--weather: Weather must"),
+    "north upwards": ({}, (*RENDER, "--sky", "uniform", "--north", "0,0,1"), "--north: North must not be"),
+    "luminaire of an unknown kind": ({"a.txt": ""}, (*RENDER, "--luminaire", "a.txt", "0,0,1"), "a.txt: Suffix"),
+    "luminaire that is not there": ({}, (*RENDER, "--luminaire", "a.ies", "0,0,1"), "a.ies: cannot be read"),
+    "luminaire without a tilt": ({"a.ies": "rubbish"}, (*RENDER, "--luminaire", "a.ies", "0,0,1"), "no line TILT="),
+    "luminaire that ends": ({"a.ldt": "maker\n1\n"}, (*RENDER, "--luminaire", "a.ldt", "0,0,1,90"), "a.ldt: line 2: "),
+    "luminaire nowhere": ({"a.ies": ""}, (*RENDER, "--luminaire", "a.ies", "0,0"), "--luminaire"),
+    "export of an unknown scene": ({}, ("scene", "atrium", "-o", "a.glb"), "'atrium'"),
+    "export to an unknown format": ({}, ("scene", "furnace", "-o", "a.blend"), ".blend"),
+    "form factors with the wrong ending": ({}, ("formfactors", "furnace", "-o", "F.csv"), ".csv"),
+    "form factors of too many elements": ({}, ("formfactors", "furnace", "-o", "F.npz", "--max-edge", "1e-5"),
+                                          "elements"),
+    "form factors without sample points": ({}, ("formfactors", "furnace", "-o", "F.npz", "--samples", "0"),
+                                           "--samples"),
+    "view factors without a case": ({}, ("formfactors", "furnace", "-o", "vfsparse.input"), "vfsparse.inp"),
+    "view factors in a missing folder": ({}, (*FACTORS, "-o", "missing/F.nc"), "missing/F.nc"),
+    "view factors where nothing can be written": ({}, (*FACTORS, "-o", "/sys/F.npz"), "/sys/F.npz': cannot be written"),
+    "netCDF where nothing can be written": ({}, (*FACTORS, "-o", "/sys/F.nc"), "/sys/F.nc': cannot be written"),
+    "lines where nothing can be written": ({}, (*FACTORS, "-o", "/sys/vfsparse.inp"), "cannot be written"),
+    "view factors over a folder": ({"F.nc/a": ""}, (*FACTORS, "-o", "F.nc"), "directory"),
+    "sky view factors over a folder": ({"svf.inp.1/a": ""}, (*FACTORS, "-o", "vfsparse.inp.1"), "svf.inp.1"),
+    "error of zero": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--error", "0"), "--error"),
+    "error above all": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--error", "2"), "--error: Error must be"),
+    "sky patches of plain hemispheres": ({}, (*FACTORS, "-o", "F.npz", "--sky-patches", "tregenza"),
+                                         "--sky-patches excludes --rays"),
+    "sky patches as lines": ({}, ("formfactors", "furnace:1", "-o", "vfsparse.inp", "--sky-patches", "tregenza"),
+                             "--sky-patches needs an output that ends in .npz or .nc"),
+    "error of the sky above all": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--sky-error", "2"),
+                                   "--sky-error: Sky error must be"),
+    "negative seed of view factors": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--seed", "-1"),
+                                      "--seed: Seed must be"),
+    "no time": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--time-limit", "0"), "--time-limit"),
+    "limit of a resumed run": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--time-limit", "9", "--resume"),
+                               "exclude each other"),
+    "error of plain hemispheres": ({}, (*FACTORS, "-o", "F.npz", "--error", "0.1"), "--error excludes --rays"),
+    "seed of a fixed method": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--seed", "1", "--method", "shelling"),
+                               "--seed excludes --method shelling"),
+    "projection of adaptive rows": ({}, ("formfactors", "furnace:1", "-o", "F.npz", "--project"), "--project needs"),
+    "resumed run that is none": ({"F.npz.blocks/run.json": "rubbish"}, (*FACTORS, "-o", "F.npz", "--resume"),
+                                 "cannot be resumed"),
+    "resumed run of something else": ({"F.npz.blocks/run.json": "{}"}, (*FACTORS, "-o", "F.npz", "--resume"),
+                                      "other values of"),
+    "unfinished run": ({"F.npz.blocks/run.json": "{}"}, (*FACTORS, "-o", "F.npz"), "continue it by --resume"),
+    "facet that crosses itself": ({"a.obj": PENTAGON.replace("1 2 3 4 5", "1 3 2 4 5")},
+                                  ("formfactors", "a.obj", "-o", "F.npz", "--facets"), "facet 1: polygon: it crosses"),
+    "facet that is bent": ({"a.obj": BENT}, ("formfactors", "a.obj", "-o", "F.npz", "--facets"), "not planar"),
+    "empty VS3": ({"a.vs3": ""}, ("formfactors", "a.vs3", "-o", "F.npz"), "no surfaces"),
+    "rubbish as VS3": ({"a.vs3": "\0\1 rubbish"}, ("formfactors", "a.vs3", "-o", "F.npz"), "line 1"),
+    "missing VS3": ({}, ("formfactors", "a.vs3", "-o", "F.npz"), "no such file"),
+    "vertex of VS3 not a number": ({"a.vs3": "V 1 0 0 x\n"}, ("formfactors", "a.vs3", "-o", "F.npz"), "'x'"),
+    "surface of VS3 at a missing vertex": ({"a.vs3": "V 1 0 0 0\nS 1 1 2 3 0 0 0 1 a\n"},
+                                           ("formfactors", "a.vs3", "-o", "F.npz"), "line 2"),
+    "VS3 of two dimensions": ({"a.vs3": "F 2\n"}, ("formfactors", "a.vs3", "-o", "F.npz"), "Geometry must be 3"),
+    "coordinate of VS3 not a number": ({"a.vs3": VS3.replace("1 1 0", "1 nan 0")}, (*ADAPTIVE, "a.vs3"), "finite"),
+    "vertex of VS3 out of sequence": ({"a.vs3": "V 2 0 0 0\n"}, (*ADAPTIVE, "a.vs3"), "out of sequence"),
+    "surface of VS3 of two corners": ({"a.vs3": VS3.replace("3 4 0", "0 0 0")}, (*ADAPTIVE, "a.vs3"), "line 5"),
+    "surface of VS3 without area": ({"a.vs3": VS3.replace("1 1 0", "2 0 0").replace("0 1 0", "3 0 0")},
+                                    (*ADAPTIVE, "a.vs3"), "facet 1"),
+    "surface of VS3 that is bent": ({"a.vs3": VS3.replace("1 1 0", "1 1 1")}, (*ADAPTIVE, "a.vs3"), "not planar"),
+    "subsurface of VS3": ({"a.vs3": VS3.replace("4 0 0", "4 9 0")}, (*ADAPTIVE, "a.vs3"), "subsurfaces"),
+    "emittance of VS3 above one": ({"a.vs3": VS3.replace("0 1 wall", "0 7 wall")}, (*ADAPTIVE, "a.vs3"), "Emittance"),
+    "unknown entry of VS3": ({"a.vs3": VS3 + "Q 1\n"}, (*ADAPTIVE, "a.vs3"), "'Q'"),
+    "facets of STL not a number": ({"a.stl": STL.format("nan")}, (*ADAPTIVE, "a.stl", "--facets"), "finite"),
+    "facets of STL without area": ({"a.stl": STL.format("0")}, (*ADAPTIVE, "a.stl", "--facets"), "no area"),
+    "facets of a word in STL": ({"a.stl": STL.format("x")}, (*ADAPTIVE, "a.stl", "--facets"), "not a readable STL"),
+    "facets of half an STL": ({"a.stl": STL.format("1")[:60]}, (*ADAPTIVE, "a.stl", "--facets"), "line 2: 'facet"),
+    "facets of rubbish as STL": ({"a.stl": "rubbish " * 30}, (*ADAPTIVE, "a.stl", "--facets"), "not a readable STL"),
+    "error not a number": ({}, (*ADAPTIVE, "furnace:1", "--error", "nan"), "--error"),
+    "error in words": ({}, (*ADAPTIVE, "furnace:1", "--error", "small"), "--error"),
+    "error below all": ({}, (*ADAPTIVE, "furnace:1", "--error", "1e-9"), "--error: Error must be"),
+    "no error of the sky": ({}, (*ADAPTIVE, "furnace:1", "--sky-error", "0"), "--sky-error"),
+    "period of plain hemispheres": ({}, (*FACTORS, "-o", "F.npz", "--period", "9,9"), "--period excludes --rays"),
+    "period below the scene's size": ({"a.vs3": VS3}, (*ADAPTIVE, "a.vs3", "--period", "0.5,9"),
+                                      "--period: Period must be at least 1,1"),
+    "period of two-sided patches": ({"a.obj": PENTAGON}, (*ADAPTIVE, "a.obj", "--period", "9,9"), "fronts alone"),
+    "truncated factors that are not reciprocal": ({}, (*FACTORS, "-o", "F.npz", "--drop-below", "0.01"),
+                                                  "--drop-below needs reciprocal factors"),
+    "receivers without single rays": ({}, (*ADAPTIVE, "furnace:1", "--method", "shelling", "--receivers", "p", "r.csv"),
+                                      "--receivers needs single rays"),
+    "receivers that are no points": ({"p": "1 2 3"}, (*ADAPTIVE, "furnace:1", "--receivers", "p", "r.csv"),
+                                     "p: line 1: Values must be the numbers"),
+    "receivers in no table": ({"p": "0 0 0 0 0 1"}, (*ADAPTIVE, "furnace:1", "--receivers", "p", "r.nc"), ".csv"),
+    "zenith of view factors without a sky": ({}, (*ADAPTIVE, "furnace:1", "--zenith", "0,0,1"),
+                                             "--zenith needs --sky-patches or --period"),
+    "zenith of an export that is none": ({}, ("scene", "cornell", "-o", "a.stl", "--zenith", "0,0,0"),
+                                         "--zenith: Zenith must be three finite values"),
+    "unknown division of the sky": ({}, (*ADAPTIVE, "furnace:1", "--sky-patches", "klems"), "--sky-patches"),
+    "infinite time": ({}, (*ADAPTIVE, "furnace:1", "--time-limit", "inf"), "--time-limit"),
+    "negative time": ({}, (*ADAPTIVE, "furnace:1", "--time-limit", "-5"), "--time-limit"),
+    "no workers": ({}, (*ADAPTIVE, "furnace:1", "--workers", "0"), "--workers"),
+    "too many workers": ({}, (*ADAPTIVE, "furnace:1", "--workers", "257"), "--workers"),
+    "workers by HTTP": ({}, (*ADAPTIVE, "furnace:1", "--workers", "http://localhost:8786"), "--workers"),
+    "workers at no port": ({}, (*ADAPTIVE, "furnace:1", "--workers", "tls://localhost"), "--workers"),
+    "workers far away by plain TCP": ({}, (*ADAPTIVE, "furnace:1", "--workers", "tcp://192.0.2.1:8786"), "tls://"),
+    "view factors with an unknown ending of netCDF": ({}, (*FACTORS, "-o", "F.nc4"), "F.nc4"),
+    "view factors of a case without a name": ({}, (*FACTORS, "-o", "vfsparse.inp."), "vfsparse.inp."),
+    "areas over a folder": ({"facetarea.inp.1/a": ""}, (*FACTORS, "-o", "vfsparse.inp.1"), "facetarea.inp.1"),
+    "blocks over a file": ({"F.npz.blocks": ""}, (*ADAPTIVE, "furnace:6", "--error", "0.1"), "F.npz.blocks"),
+    "resumed run with other options": ({"F.npz.blocks/run.json": '{"error": 0.1}'},
+                                       (*ADAPTIVE, "furnace:1", "--error", "0.05", "--resume"),
+                                       "other values of block_rows, error"),
+    "size of a city": ({}, ("formfactors", "city:0", "-o", "F.npz"), "Size must be 1 to 20"),
+    "exchange without view factors": ({"t.csv": ""}, EXCHANGE, "F.npz: no such file"),
+    "exchange by rays": ({"F.npz": {"origin": [0.0]}, "t.csv": ""}, EXCHANGE, "F.npz: it holds no view factors"),
+    "exchange by an archive that is none": ({"F.npz": "rubbish", "t.csv": ""}, EXCHANGE,
+                                            "F.npz: it holds no view factors (it is no .npz archive)"),
+    "exchange by text": ({"F.txt": "", "t.csv": ""}, ("exchange", "F.txt", "t.csv", "-o", "q.csv"), ".npz or .nc"),
+    "exchange with the wrong ending": ({"F.npz": WALLS}, ("exchange", "F.npz", "t.csv", "-o", "q.txt"), ".csv"),
+    "exchange without a table": ({"F.npz": WALLS}, EXCHANGE, "t.csv: cannot be read"),
+    "exchange with an empty table": ({"F.npz": WALLS, "t.csv": ""}, EXCHANGE, "Header must name"),
+    "exchange without emissivities": ({"F.npz": WALLS, "t.csv": "surface,temperature\na,3\n"}, EXCHANGE, "Header"),
+    "exchange of an unknown surface": ({"F.npz": WALLS, "t.csv": HEAD + "x,3,1\n"}, EXCHANGE, "no surface 'x'"),
+    "exchange of a surface twice": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\na,3,1\n"}, EXCHANGE,
+                                    "line 3: surface 'a' has a row already"),
+    "exchange of some surfaces": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\n"}, EXCHANGE, "no row for surface 'b'"),
+    "temperature not a number": ({"F.npz": WALLS, "t.csv": HEAD + "a,hot,1\nb,3,1\n"}, EXCHANGE, "'hot'"),
+    "temperature below zero": ({"F.npz": WALLS, "t.csv": HEAD + "a,-3,1\nb,3,1\n"}, EXCHANGE, "at least 0 K"),
+    "emissivity above one": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1.5\nb,3,1\n"}, EXCHANGE,
+                             "t.csv: line 2: surface 'a': Emissivity must be 0 to 1, not 1.5"),
+    "neither temperature nor flux": ({"F.npz": WALLS, "t.csv": HEAD + "a,,1\nb,3,1\n"}, EXCHANGE,
+                                         "t.csv: line 2: surface 'a': it must"),
+    "sky below zero": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\nb,3,1\n"}, (*EXCHANGE, "--sky-temperature", "-1"),
+                       "--sky-temperature: Sky temperature"),
+    "script-F with the wrong ending": ({"F.npz": WALLS}, (*EXCHANGE, "--script-f", "s.txt"), ".csv"),
+    "exchange by netCDF that is none": ({"F.nc": "rubbish", "t.csv": HEAD},
+                                        ("exchange", "F.nc", "t.csv", "-o", "q.csv"), "F.nc: it holds no view factors"),
+    "exchange by factors of other areas": ({"F.npz": WALLS | {"area": [1.0]}, "t.csv": HEAD}, EXCHANGE, "1 x 1"),
+    "exchange by factors that are no numbers": ({"F.npz": WALLS | {"data": [np.nan, 1]}, "t.csv": HEAD}, EXCHANGE,
+                                                "F must be finite"),
+    "exchange by factors to a missing patch": ({"F.npz": WALLS | {"indices": [5, 0]}, "t.csv": HEAD}, EXCHANGE,
+                                               "F.npz: it holds no view factors"),
+    "exchange of a missing patch": ({"F.npz": WALLS, "t.csv": HEAD.replace("surface", "patch") + "5,3,1\n"}, EXCHANGE,
+                                    "line 2: there is no patch '5'"),
+    "infinite temperature": ({"F.npz": WALLS, "t.csv": HEAD + "a,inf,1\nb,3,1\n"}, EXCHANGE, "finite"),
+    "temperature beyond float64": ({"F.npz": WALLS, "t.csv": HEAD + "a,1e200,1\nb,3,1\n"}, EXCHANGE, "at most 1e+25 K"),
+    "flux beyond float64": ({"F.npz": WALLS, "t.csv": HEAD.strip() + ",flux\na,,1,1e300\nb,3,1,\n"}, EXCHANGE,
+                            "at most 1e+100 W/m2"),
+    "emissivity not a number": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,nan\nb,3,1\n"}, EXCHANGE, "0 to 1"),
+    "both temperature and flux": ({"F.npz": WALLS, "t.csv": HEAD.strip() + ",flux\na,3,1,1\nb,3,1,\n"}, EXCHANGE,
+                                  "line 2: surface 'a': it must have either"),
+    "flux below what arrives": ({"F.npz": WALLS, "t.csv": HEAD.strip() + ",flux\na,,1,-1e6\nb,3,1,\n"}, EXCHANGE,
+                                "surface 'a': it cannot take in more than arrives: Flux is too low, not -1e+06"),
+    "fluxes alone": ({"F.npz": WALLS, "t.csv": HEAD.strip() + ",flux\na,,1,0\nb,,1,0\n"}, EXCHANGE,
+                     "line 2: surface 'a': nothing sets its temperature"),
+    "short row": ({"F.npz": WALLS, "t.csv": HEAD + "a,3\nb,3,1\n"}, EXCHANGE, "line 2: surface 'a' has no emissivity"),
+    "column twice": ({"F.npz": WALLS, "t.csv": "surface,temperature,emissivity,surface\na,3,1,a\nb,3,1,b\n"}, EXCHANGE,
+                     "each once"),
+    "sky beyond float64": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\nb,3,1\n"},
+                           (*EXCHANGE, "--sky-temperature", "1e200"), "at most 1e+25 K"),
+    "more values than names": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1,9\nb,3,1\n"}, EXCHANGE, "line 2: it has more"),
+    "exchange where nothing can be written": ({}, ("exchange", "F.npz", "t.csv", "-o", "/sys/q.csv"),
+                                              "/sys/q.csv': cannot be written"),
+    "exchange over its table": ({"F.npz": WALLS, "t.csv": HEAD}, ("exchange", "F.npz", "t.csv", "-o", "t.csv"),
+                                "it is the input"),
+    "exchange and script-F in one file": ({"F.npz": WALLS, "t.csv": HEAD}, (*EXCHANGE, "--script-f", "q.csv"), "twice"),
+    "missing rays": ({}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "rays.npz"),
+    "rays that are no archive": ({"rays.npz": "0 0 0"}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"),
+                                 "'rays.npz': rays: not a .npz file\n"),
+    "rays without direction": ({"rays.npz": {"origin": [[0.0, 0, 0]]}},
+                               ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "direction"),
+    "rays of the wrong shape": ({"rays.npz": {"origin": [[0.0, 0]], "direction": [[0.0, 1]]}},
+                                ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "R x 3"),
+    "ray origin not a number": ({"rays.npz": {"origin": [[np.nan, 0, 0]], "direction": [[0.0, 0, 1]]}},
+                                ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "finite"),
+    "ray without direction": ({"rays.npz": {"origin": [[0.0, 0, 0]], "direction": [[0.0, 0, 0]]}},
+                              ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "zero"),
+    "hits with the wrong ending": ({"rays.npz": {"origin": [[0.0, 0, 0]], "direction": [[0.0, 0, 1]]}},
+                                   ("intersect", "furnace", "rays.npz", "-o", "hits.txt"), ".txt"),
+}
+
+
+def make(folder, files):
+    for name, what in files.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        if isinstance(what, str):
+            (folder / name).write_text(what)
+        else:
+            np.savez(folder / name, **what)
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line_and_leaves_nothing_behind(folder, case):
+    files, arguments, message = BAD[case]
+    make(folder, files)
+    before = content(folder)
+    result = run(*arguments)
+    refused(result.exit_code, result.stderr, message)
+    assert result.stdout == ""
+    assert content(folder) == before
+
+
+def test_bad_input_to_the_module_is_one_line_and_leaves_nothing_behind(folder):
+    files, arguments, message = BAD["unknown option"]
+    make(folder, files)
+    before = content(folder)
+    result = subprocess.run([sys.executable, "-m", "golden", *arguments], capture_output=True, text=True, check=False)
+    refused(result.returncode, result.stderr, message)
+    assert content(folder) == before
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_takes_five_seconds_and_two_gigabytes_at_most(folder, case):
+    """Seconds of the processor, of a new process with all that it imports."""
+    files, arguments, message = BAD[case]
+    make(folder, files)
+    before = content(folder)
+    with (folder.parent / f"{folder.name}.err").open("w+") as stderr:
+        process = subprocess.Popen([sys.executable, "-m", "golden", *arguments], stdout=stderr, stderr=stderr)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        stderr.seek(0)
+        refused(process.returncode, stderr.read(), message)
+    assert content(folder) == before
+    seconds = used.ru_utime + used.ru_stime
+    assert seconds < 5
+    assert used.ru_maxrss < 2_000_000
+
+
+def test_help_names_every_command_and_every_command_has_help():
+    text = succeed("--help")
+    for name, command in radiosity.cli.golden.main.main.commands.items():
+        assert name in text
+        assert command.help
+        assert "SCENE" in succeed(name, "--help") or name in ("exchange", "scenes", "config", "stimulus")
+
+
+def test_scenes_lists_all_built_in_scenes_with_their_patch_counts():
+    table, rows = succeed("scenes"), json.loads(succeed("scenes", "--json"))["scenes"]
+    assert [row["name"] for row in rows] == list(BUILTIN)
+    for row in rows:
+        line = next(line for line in table.splitlines() if line.split()[:1] == [row["name"]])
+        assert line.split()[1] == str(row["patches"])
+        assert row["about"] in line
+        sizes = BUILTIN[row["name"]].sizes
+        assert row["sizes"] == ([min(sizes), max(sizes)] if sizes else None)
+    counts = {row["name"]: row["patches"] for row in rows}
+    assert {name: counts[name] for name in ("lobby", "room1627", "cubes", "man", "phone")} == {
+        "lobby": 227, "room1627": 1297, "cubes": 3079, "man": 3315, "phone": 4103}
+
+
+def test_exported_scene_renders_like_the_built_in_one(folder):
+    succeed("scene", "furnace:2", "-o", "furnace.glb")
+    assert [path.name for path in folder.iterdir()] == ["furnace.glb"]
+    for name, scene in (("a", "furnace:2"), ("b", "furnace.glb")):
+        succeed("render", scene, "-o", f"{name}.exr", "--stats", f"{name}.json", *COARSE)
+    one, other = (json.loads((folder / f"{name}.json").read_text()) for name in "ab")
+    assert one["patches"] == other["patches"] == 24
+    assert one["elements"] == other["elements"]
+    assert one["rays"]["primary"]["hits"] == other["rays"]["primary"]["hits"] == 96
+    # The file is turned to +y up, so its samples are others.
+    one, other = (read_exr(folder / f"{name}.exr").mean(axis=(0, 1)) for name in "ab")
+    np.testing.assert_allclose(other, one, rtol=0.01)
+
+
+@pytest.fixture
+def rays(folder):
+    rng = np.random.default_rng(5)
+    rays = {"origin": rng.uniform(0.1, 0.9, (200, 3)), "direction": rng.normal(size=(200, 3))}
+    np.savez(folder / "rays.npz", **rays)
+    return rays
+
+
+def test_intersect_gives_the_same_hits_by_every_method(folder, rays):
+    for method in RAY_METHODS:
+        succeed("intersect", "furnace:3", "rays.npz", "-o", f"{method}.npz", "--method", method)
+    with (np.load(folder / "grid.npz") as grid, np.load(folder / "naive.npz") as naive,
+          np.load(folder / "embree.npz") as embree):
+        assert sorted(grid.files) == ["patch", "t", "u", "v"]
+        for name in grid.files:
+            np.testing.assert_array_equal(grid[name], naive[name])
+            np.testing.assert_array_equal(embree[name], naive[name])
+        point = rays["origin"] + grid["t"][:, None] * rays["direction"]
+        assert (grid["patch"] >= 0).all(), "a closed cube lets no ray out"
+        np.testing.assert_allclose(np.minimum(point, 1 - point).min(axis=1), 0, atol=1e-12)
+
+
+def test_intersect_with_tmax_asks_whether_something_is_nearer(folder, rays):
+    succeed("intersect", "furnace:3", "rays.npz", "-o", "all.npz")
+    with np.load(folder / "all.npz") as hits:
+        nearest = hits["t"]
+    factor = np.where(np.arange(200) % 2, 0.99, 1.01)
+    np.savez(folder / "rays.npz", **rays, tmax=factor * nearest)
+    succeed("intersect", "furnace:3", "rays.npz", "-o", "any.npz")
+    with np.load(folder / "any.npz") as hits:
+        np.testing.assert_array_equal(hits["patch"] >= 0, factor > 1)
+
+
+def test_intersect_of_no_rays_gives_no_hits(folder):
+    np.savez(folder / "rays.npz", origin=np.empty((0, 3)), direction=np.empty((0, 3)))
+    for method in RAY_METHODS:
+        succeed("intersect", "furnace:1", "rays.npz", "-o", "hits.npz", "--method", method)
+        with np.load(folder / "hits.npz") as hits:
+            assert hits["patch"].shape == (0,)
+
+
+def test_form_factors_of_a_closed_scene_sum_to_one_exactly(folder):
+    succeed("formfactors", "furnace:2", "-o", "F.npz", "--rays", "32x8", "--samples", "2")
+    with np.load(folder / "F.npz") as stored:
+        assert stored["row_sums"].shape == (24, 4)
+        assert stored["row_sums"].dtype == np.int64
+        assert (stored["row_sums"] == 2 ** int(stored["weight_bits"])).all()
+        np.testing.assert_allclose(stored["area"], 0.25)
+    factors = sparse.load_npz(folder / "F.npz")
+    assert factors.shape == (24, 24)
+    np.testing.assert_allclose(factors.sum(axis=1), 1, rtol=1e-12)
+
+
+def test_form_factors_close_and_are_reciprocal(folder):
+    printed = json.loads(succeed("formfactors", "cornell", "-o", "F.npz", "--error", "0.05", "--json"))
+    assert max(printed["closure"], printed["reciprocity"]) < 1e-9
+    assert printed["error"] <= 0.05
+    assert 0 < printed["sky_error"] <= 0.05
+    assert printed["infeasible"] == []
+    assert printed["entries"] == sparse.load_npz(folder / "F.npz").nnz
+    assert "estimated error" in succeed("formfactors", "cornell", "-o", "G.npz", "--error", "0.05")
+    assert (folder / "F.npz").read_bytes() == (folder / "G.npz").read_bytes()
+
+
+def test_plain_hemispheres_are_projected_on_request(folder):
+    printed = json.loads(succeed("formfactors", "cornell", "-o", "F.npz", "--rays", "16x4",
+                                 "--method", "shelling", "--project", "--json"))
+    assert max(printed["closure"], printed["reciprocity"]) < 1e-9
+    assert printed["sky_change"] >= 0
+    assert printed["error"] is None
+
+
+def test_a_time_limit_ends_with_a_larger_error(folder):
+    text = succeed("formfactors", "furnace:2", "-o", "F.npz", "--error", "1e-5", "--time-limit", "1e-3")
+    assert "the time limit ended the work at an error of 0.05" in text
+    text = succeed("formfactors", "furnace:1", "-o", "F.npz", "--error", "0.05", "--time-limit", "600")
+    assert "time limit" not in text
+
+
+def test_form_factors_by_shelling_are_those_of_brute_force_in_the_same_integers(folder):
+    for method in ("shelling", "naive-fixed"):
+        succeed("formfactors", "cornell", "-o", f"{method}.npz", "--rays", "16x4", "--method", method)
+    ours, naive = (sparse.load_npz(folder / f"{method}.npz") for method in ("shelling", "naive-fixed"))
+    assert (ours != naive).nnz == 0
+    assert ours.max() > 0.1
+
+
+def test_form_factors_are_those_of_the_elements_that_patches_are_cut_into(folder):
+    succeed("formfactors", "furnace:1", "-o", "F.npz", "--rays", "16x4", "--max-edge", "0.5")
+    with np.load(folder / "F.npz") as stored:
+        assert stored["shape"].tolist() == [24, 24]
+        np.testing.assert_allclose(stored["area"], 0.25)
+
+
+def test_render_writes_all_requested_files(folder):
+    text = succeed("render", "furnace:2", "-o", "a.png", "-o", "a.exr", "--stats", "a.json", "--heatmap", "a", *COARSE)
+    assert {path.name for path in folder.iterdir()} == {"a.png", "a.exr", "a.json", "a-tests.png", "a-steps.png"}
+    with Image.open(folder / "a.png") as image:
+        assert image.size == (12, 8)
+    assert read_exr(folder / "a.exr").shape == (8, 12, 3)
+    stats = json.loads((folder / "a.json").read_text())
+    assert stats["patches"] == 24
+    assert stats["rays"]["primary"]["rays"] == 12 * 8
+    for kind, counts in stats["rays"].items():
+        assert counts["hits"] <= counts["rays"] <= counts["tests"]
+        assert kind in text
+    for stage in stats["seconds"]:
+        assert stage in text
+
+
+def test_render_measures_light(folder):
+    """In the furnace radiosity and irradiance are 2 pi W/m2 everywhere, but for the noise of few shadow rays."""
+    (folder / "points.txt").write_text("plane 0.25 0.25 0.5  0.5 0 0  0 0.5 0  2 2\n0.5 0.5 0.5 0 0 1\n")
+    stats = json.loads(succeed("render", "furnace:2", "-o", "a.png", "--illuminance", "a.csv", "--false-colour", "b",
+                               "--surfaces", "a.glb", "--sensors", "points.txt", "--sensor-table", "s.csv",
+                               "--efficacy", "100", *COARSE, "--json"))
+    assert {path.name for path in folder.iterdir()} == {
+        "points.txt", "a.png", "a.csv", "b-luminance.png", "b-illuminance.png", "a.glb", "s.csv"}
+    single, plane = stats["sensors"]
+    assert (single["plane"], plane["plane"], plane["sensors"]) == (None, 0, 4)
+    assert [single["mean"], plane["mean"]] == pytest.approx([200 * np.pi] * 2, rel=0.1)
+    for name, count in (("a.csv", 24), ("s.csv", 5)):
+        with (folder / name).open(newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == count
+        assert np.mean([float(row["illuminance"]) for row in rows]) == pytest.approx(200 * np.pi, rel=0.1)
+
+
+def test_render_has_a_sky(folder):
+    """The sun of a summer's noon lights a floor in the open as its altitude says."""
+    (folder / "floor.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nf 1 2 3 4\n")
+    (folder / "points.txt").write_text("0.5 0.5 -0.5 0 1 0\n0.5 0.5 -0.5 0 0 1\n")
+    succeed("render", "floor.obj", "-o", "a.png", "--sky", "cie-clear", "--date", "2026-06-21T13:16+02:00", "--place",
+            "48,11", "--sensors", "points.txt", "--sensor-table", "s.csv", *FAST)
+    with (folder / "s.csv").open(newline="") as file:
+        level, south = (float(row["illuminance"]) for row in csv.DictReader(file))
+    sine = np.sin(np.radians(90 - 48 + 23.44))
+    sun = 127_500 * np.exp(-0.21 / sine)
+    assert level == pytest.approx(sun * sine + 800 + 15_500 * np.sqrt(sine), rel=0.01)
+    assert sun * np.sqrt(1 - sine**2) < south < level
+
+
+@pytest.mark.parametrize(("words", "values"), [
+    ((), (4, 4, 2, [32, 8], 300)), (("--quick",), (1, 4, 2, [32, 8], 3000)),
+    (("--quality", "draft"), (1, 4, 2, [32, 8], 3000)), (("--quality", "normal"), (4, 2, 6, [256, 64], 3000)),
+    (("--quality", "high"), (16, 16, 6, [256, 64], 3000)),
+    (("--spp", "9", "--quick", "--rays", "16x4", "--elements", "7"), (9, 4, 2, [16, 4], 7))])
+@pytest.mark.usefixtures("folder")
+def test_a_quality_is_for_the_options_that_are_not_given(words, values):
+    settings = json.loads(succeed("render", "furnace:1", "-o", "a.png", "--size", "2x2", "--max-edge", "9", "--method",
+                                  "grid", *words, "--json"))["settings"]
+    assert tuple(settings[name] for name in ("samples", "light_samples", "depth", "rays", "elements")) == values
+
+
+def test_a_luminaire_lights_a_floor(folder):
+    """An isotropic one of 1000 cd at a height of 2, by its file alone."""
+    (folder / "a.ies").write_text("TILT=NONE\n1 -1 1000 2 1 1 2 0 0 0\n1 1 9\n0 180\n0\n1 1\n")
+    (folder / "floor.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nf 1 2 3 4\n")
+    (folder / "points.txt").write_text("0.5 0 -0.5 0 1 0\n")
+    stats = json.loads(succeed("render", "floor.obj", "-o", "a.png", "--luminaire", "a.ies", "0.5,2,-0.5", "--sensors",
+                               "points.txt", *FAST, "--json"))
+    assert stats["sensors"][0]["mean"] == pytest.approx(250)
+
+
+def test_an_image_does_not_depend_on_what_is_measured(folder):
+    (folder / "points.txt").write_text("0.5 0.5 0.5 0 0 1\n")
+    succeed("render", "furnace:2", "-o", "a.exr", *COARSE)
+    succeed("render", "furnace:2", "-o", "b.exr", "--false-colour", "b", "--sensors", "points.txt", *COARSE)
+    assert (folder / "a.exr").read_bytes() == (folder / "b.exr").read_bytes()
+
+
+def test_upper_case_suffixes_are_those_of_the_same_formats(folder):
+    succeed("render", "furnace:2", "-o", "A.EXR", "-o", "A.PNG", *COARSE)
+    assert read_exr(folder / "A.EXR").shape == (8, 12, 3)
+    with Image.open(folder / "A.PNG") as image:
+        assert image.format == "PNG"
+
+
+def test_same_inputs_give_the_same_bytes_and_another_seed_others(folder):
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        succeed("render", "cornell", "-o", f"{name}.png", "-o", f"{name}.exr", *COARSE, "--seed", seed)
+    for ending in ("png", "exr"):
+        first, second, other = ((folder / f"{name}.{ending}").read_bytes() for name in "abc")
+        assert first == second
+        assert first != other
+
+
+def test_number_of_threads_does_not_change_the_image(folder):
+    for jobs in ("1", "3"):
+        succeed("render", "cornell", "-o", f"{jobs}.exr", *FAST, "--rays", "64x16", "--max-edge", "200", "--jobs", jobs)
+    assert (folder / "1.exr").read_bytes() == (folder / "3.exr").read_bytes()
+
+
+def test_method_changes_the_work_but_not_the_image(folder):
+    for method in FRUSTUM_METHODS:
+        succeed("render", "cornell", "-o", f"{method}.exr", "--stats", f"{method}.json", *COARSE, "--method", method)
+    assert (folder / "grid.exr").read_bytes() == (folder / "naive.exr").read_bytes()
+    assert (folder / "shelling.exr").read_bytes() == (folder / "naive-fixed.exr").read_bytes()
+    tests = {name: json.loads((folder / f"{name}.json").read_text())["rays"]["primary"]["tests"]
+             for name in FRUSTUM_METHODS}
+    assert tests["grid"] < tests["naive"] == tests["naive-fixed"] > tests["shelling"]
+
+
+def test_camera_of_a_file_is_used_and_each_option_overrides_its_part(folder):
+    (folder / "a.nff").write_text(NFF_VIEW.format(from_="1 2 5") + NFF_BODY)
+    here = ("--eye", "1,2,5", "--target", "0,0,0", "--up", "0,0,1", "--fov", "40")
+    succeed("render", "a.nff", "-o", "file.exr", *COARSE)
+    succeed("render", "a.nff", "-o", "same.exr", *COARSE, *here)
+    assert (folder / "file.exr").read_bytes() == (folder / "same.exr").read_bytes()
+    for option in (("--eye", "1,2,4"), ("--target", "0,1,0"), ("--up", "0,1,0"), ("--fov", "50")):
+        succeed("render", "a.nff", "-o", "other.exr", *COARSE, *option)
+        assert (folder / "other.exr").read_bytes() != (folder / "file.exr").read_bytes(), option
+
+
+def test_sky_is_seen_where_rays_leave_and_lights_a_scene_without_lights(folder):
+    (folder / "a.obj").write_text(TRIANGLE + "f 1 2 3\n")
+    succeed("render", "a.obj", "-o", "a.exr", *COARSE, "--sky", "1,2,4", "--eye", "0.3,0.3,5", "--target", "0.3,0.3,0",
+            "--up", "0,1,0")
+    image = read_exr(folder / "a.exr")
+    np.testing.assert_array_equal(image[0, 0], [1, 2, 4])
+    assert image[4, 6].max() > 0
+
+
+@pytest.mark.parametrize("code", [0, 1, 3])
+def test_a_command_ends_with_its_exit_code(code):
+    @command_line("radiosity", is_script=False)
+    def main():
+        """Commands."""
+
+    @main.command()
+    @click.pass_context
+    def ends(context):
+        """End at once."""
+        context.exit(code)
+
+    assert CliRunner().invoke(main, ["ends"]).exit_code == code
+
+
+def test_interruption_exits_with_130_and_leaves_nothing_behind(folder, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(radiosity.tasks.render, "render", interrupt)
+    result = run(*RENDER)
+    assert result.exit_code == 130
+    assert "Traceback" not in result.stderr
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize("failure", [OSError(errno.ENOSPC, "No space left on device"), MemoryError("12 GiB")])
+def test_failure_of_the_system_is_one_line_and_leaves_nothing_behind(folder, monkeypatch, failure):
+    def fail(_, path, **__):
+        path.write_bytes(b"half")
+        raise failure
+
+    monkeypatch.setattr(Image.Image, "save", fail)
+    result = run(*RENDER)
+    refused(result.exit_code, result.stderr, "No space left" if isinstance(failure, OSError) else "not enough memory")
+    assert not list(folder.iterdir())

@@ -1,0 +1,80 @@
+"""The board's files, of a shell with next to nothing in it; the command."""
+
+import json
+import re
+from types import SimpleNamespace
+
+import pytest
+from amaranth.hdl import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+from click.testing import CliRunner
+
+import radiosity.cli.hw.main
+from radiosity.flow.board.ulx3s import CLOCK_HZ, NEXTPNR, build
+from radiosity.flow.synthesis.family import Area
+from radiosity.flow.synthesis.flow import Clock
+
+
+class Counter(wiring.Component):
+    """The pins of a shell."""
+
+    def __init__(self):
+        super().__init__({"tx": Out(1, init=1), "again": In(1), "busy": Out(1), "failed": Out(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        count = Signal(20)
+        m.d.sync += count.eq(count + 1 + self.again)
+        m.d.comb += [self.tx.eq(count[3]), self.busy.eq(count[-1]), self.failed.eq(count[-1] & self.again)]
+        return m
+
+
+def test_constraints_are_of_the_verilogs_ports(tmp_path):
+    verilog, constraints = build(Counter(), tmp_path / "board", seed=1, routes=False)
+    ports = set(re.search(r"module top\((.*?)\)", verilog.read_text())[1].split(", "))
+    text = constraints.read_text()
+    # Of the board's schematics.
+    assert dict(re.findall(r'LOCATE COMP "(\w+)" SITE "(\w+)"', text)) == {
+        "uart_0__tx__io": "L4", "led_0__io": "B2", "led_1__io": "C2", "button_fire_0__io": "R1", "clk25_0__io": "G2"}
+    assert ports == set(re.findall(r'COMP "(\w+)"', text)), "names of ports"
+    (clock,) = re.findall(r'FREQUENCY PORT "clk25_0__io" ([\d.]+) HZ', text)
+    assert float(clock) == CLOCK_HZ
+
+
+@pytest.mark.parametrize(("more", "options"), [
+    ([], NEXTPNR), (["--nextpnr", ""], ()), (["--nextpnr", "--placer 'static'"], ("--placer", "static"))])
+def test_options_replace_the_default(more, options, monkeypatch, tmp_path):
+    """Without the tools and the Verilog, which have nothing to do with them."""
+    found = []
+    files = dict.fromkeys(("top.lpf", "top.debug.v", "top.il"), "")
+    monkeypatch.setattr("radiosity.flow.board.ulx3s.ULX3S_85F_Platform.prepare", lambda *_,
+                        **__: SimpleNamespace(files=files))
+    monkeypatch.setattr("radiosity.flow.synthesis.flow.tool_versions", lambda: "tools")
+    monkeypatch.setattr("radiosity.flow.synthesis.flow.check_options", lambda *_, **__: None)
+    monkeypatch.setattr("radiosity.flow.board.ulx3s.bitstream", lambda *_, **given: found.append(given) or (
+        Area(lut=1, ff=2, dsp=3, bram=4), Clock(seed=5, mhz=60.0, path="a path")))
+    result = CliRunner().invoke(radiosity.cli.hw.main.main, ["board", "-o", str(tmp_path), "--seed", "5", *more])
+    assert result.exit_code == 0, result.output
+    assert found == [{"seed": 5, "options": options}]
+
+
+@pytest.mark.nightly
+def test_bitstream(tmp_path):
+    *_, stream, figures = build(Counter(), tmp_path, seed=1)
+    # What an ECP5-85 begins with, and says that it is.
+    assert b"LFE5U-85F" in stream.read_bytes()[:200]
+    found = json.loads(figures.read_text())
+    assert found["ff"] >= 20
+    assert found["mhz"] > CLOCK_HZ / 1e6
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["-P", "noc.columns=3"], "a power of two"), (["--pixels", "96x64"], "at most 64 (icu.side_bits), not 96"),
+    (["--scene", "nowhere"], "nowhere"), (["--baud", "100"], "100 is not in the range")])
+def test_what_cannot_be_built_is_refused(tmp_path, capsys, arguments, message):
+    with pytest.raises(SystemExit) as raised:
+        radiosity.cli.hw.main.main(["board", "--no-bitstream", "-o", str(tmp_path / "board"), *arguments])
+    assert raised.value.code == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "board").exists()

@@ -1,0 +1,18 @@
+"""Tests of simulated machines run in one process: the others need not compile the same simulators beside it."""
+
+from pathlib import Path
+
+import pytest
+
+from tb.radiosity.machines.interpreted import interpreted
+
+__all__ = ["interpreted"]
+
+
+# Before pytest-xdist, which reads the marks in the same hook.
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Keep the tests of this folder in one of pytest-xdist's processes (``--dist loadgroup``)."""
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            item.add_marker(pytest.mark.xdist_group("machines"))
