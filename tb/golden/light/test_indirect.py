@@ -51,8 +51,7 @@ def gathered_on_floor(scene, light, x, y):
     """As a picture shows it: interpolated only where that is right."""
     points = SurfacePoints(np.stack([x, y, 0 * x], axis=1), np.tile((0.0, 0, 1), (len(x), 1)), np.zeros(len(x), int))
     return FinalGather(scene, light, Grid(scene), Tally(), 256).light(
-        points, (x + 2) / 4, (y + 2) / 4, np.ones(len(x), dtype=bool), mix(0, np.arange(len(x))), np.zeros(len(x), int),
-        1)
+        points, (x + 2) / 4, (y + 2) / 4, np.ones(len(x), dtype=bool), mix(0, np.arange(len(x))), np.zeros(len(x), int))
 
 
 def sky_beside(block, x, y):

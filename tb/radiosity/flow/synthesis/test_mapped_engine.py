@@ -2,21 +2,23 @@
 
 import pytest
 
+from golden.engine.config import PRESETS
 from golden.engine.jobs.job import plan_job
 from hw.engine import Engine
 from radiosity.flow.synthesis.flow import synthesise
-from tb.lib.configurations import config_of
 from tb.radiosity.flow.synthesis.netlist import netlist_library
 from tb.system.job_machine import JobMachine
 from tb.system.scenes import phase
 
 
 @pytest.mark.nightly
-def test_one_cluster_of_the_preset_tiny(tmp_path):
-    config = config_of({"noc.columns": 1})
+@pytest.mark.parametrize(("preset", "clusters"), [("tiny", 1), ("board", 1), ("board", 2)])
+def test_its_hemisphere_is_goldens(preset, clusters, tmp_path):
+    """Of two clusters each casts a half, and requests patches of the other one."""
+    config = PRESETS[preset].replace({"noc.columns": clusters, "noc.rows": 1})
     # Otherwise folds are not among what casts.
     assert synthesise(Engine(config=config), tmp_path).folded > 0
     library = netlist_library(tmp_path / "area.json", config, tmp_path / "library")
-    job = plan_job([phase("cornell", config, cell=0.25, rays=(16, 8), points=(5, 1))], config)
+    job = plan_job([phase("cornell", config, cell=0.25, rays=(16, 8), points=(5, 1), clusters=clusters)], config)
     with JobMachine(job, library=library) as machine:
-        machine.right()
+        assert {int(one) for one in machine.right()["cluster"]} >= set(range(clusters))
