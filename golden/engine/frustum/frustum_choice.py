@@ -1,4 +1,4 @@
-"""The frustum that a person asks for."""
+"""The frustum of a command that casts one."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Machines whose kernels Python runs."""
+"""Simulators whose kernels Python runs."""
 
 from tb.radiosity.machines.interpreted import interpreted
 
