@@ -14,8 +14,9 @@ import radiosity.cli.hw.main
 import radiosity.cli.main
 import radiosity.flow.board.soc
 import radiosity.flow.board.ulx3s
-from golden.cast import methods
+from golden.cast.methods import RAY_METHODS
 from golden.cast.shared_caster import default_method
+from golden.engine.cast.methods import FIXED_METHODS, FRUSTUM_METHODS
 from golden.engine.config import PRESETS
 from golden.engine.noc.topology import TOPOLOGIES
 from golden.engine.stimulus import BLOCKS, files
@@ -179,9 +180,9 @@ def test_radiosity_has_the_commands_of_both():
 def test_names_are_those_of_the_registries():
     assert tuple(PRESETS) == choices.PRESETS
     assert tuple(TOPOLOGIES) == choices.TOPOLOGIES
-    assert tuple(methods.RAY_METHODS) == choices.RAY_METHODS
-    assert tuple(methods.FIXED_METHODS) == choices.FIXED_METHODS
-    assert tuple(methods.FRUSTUM_METHODS) == choices.FRUSTUM_METHODS
+    assert tuple(RAY_METHODS) == choices.RAY_METHODS
+    assert tuple(FIXED_METHODS) == choices.FIXED_METHODS
+    assert tuple(FRUSTUM_METHODS) == choices.FRUSTUM_METHODS
     assert tuple(SOLVERS) == choices.SOLVERS
     assert tuple(CURVES) == choices.CURVES
     assert tuple(SKY_DIVISIONS) == choices.SKY_DIVISIONS

@@ -2,13 +2,26 @@
 
 from golden.base.processors import threads_of
 from golden.cast.methods import RAY_METHODS, ray_caster
-from golden.engine.cast.fixed_frusta import NaiveFixedFrusta, ShellingFrusta
 from golden.scene.scene import Scene
 
 __all__ = ["FIXED_METHODS", "FRUSTUM_METHODS", "frustum_caster"]
 
+
+# Names alone load nothing of the machine.
+def _shelling(scene, cell=None):
+    from golden.engine.cast.fixed_frusta import ShellingFrusta
+
+    return ShellingFrusta(scene, cell)
+
+
+def _naive_fixed(scene):
+    from golden.engine.cast.fixed_frusta import NaiveFixedFrusta
+
+    return NaiveFixedFrusta(scene)
+
+
 # "naive-fixed" is brute force.
-FIXED_METHODS = {"shelling": ShellingFrusta, "naive-fixed": NaiveFixedFrusta}
+FIXED_METHODS = {"shelling": _shelling, "naive-fixed": _naive_fixed}
 FRUSTUM_METHODS = RAY_METHODS | FIXED_METHODS
 
 
@@ -18,4 +31,4 @@ def frustum_caster(scene: Scene, method: str, *, cell: float | None = None, jobs
     threads_of(jobs)
     if method in RAY_METHODS:
         return ray_caster(scene, method, cell=cell, jobs=jobs, progress=progress)
-    return ShellingFrusta(scene, cell) if method == "shelling" else FRUSTUM_METHODS[method](scene)
+    return _shelling(scene, cell) if method == "shelling" else FRUSTUM_METHODS[method](scene)
