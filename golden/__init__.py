@@ -1,7 +1,7 @@
 """The executable specification of the Radiosity Engine: scenes, casting and light.
 
 ``golden`` holds a float64 oracle, the machine in its own integers, and the renderer that a person uses. It knows
-nothing of ``hw`` or ``tb``.
+nothing of ``hw`` or ``tb``, and of ``radiosity`` only the command line that ``python -m golden`` starts.
 """
 
 __all__ = ["view_factors"]

@@ -1,1 +1,1 @@
-"""The machine in Amaranth, block for block as in `golden`."""
+"""The machine in Amaranth, block for block as in `golden.engine`."""

@@ -1,1 +1,1 @@
-"""Tests and benches: what proves the golden model, and later the hardware, folder for folder."""
+"""Tests and benches of all packages, in the folders of what they test; those of `hw` are here, without its name."""

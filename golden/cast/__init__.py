@@ -1,1 +1,1 @@
-"""Casting: the nearest patch that each ray hits."""
+"""Casting in double precision: rays, hemispheres and screens, and the nearest patch that each ray hits."""

@@ -1,1 +1,1 @@
-"""Light: form factors, radiosity, and the picture."""
+"""Light: form factors, radiosity, and the light at the points that pixels and sensors see."""

@@ -1,1 +1,1 @@
-"""Commands of ``radiosity`` that neither golden nor hw has."""
+"""Command lines: what only ``radiosity`` has, and in folders what ``python -m golden`` and ``python -m hw`` have."""

@@ -1,4 +1,4 @@
-"""Ways to cast frusta that another package adds to the commands."""
+"""Ways to cast frusta that ``radiosity`` adds to the commands of ``python -m golden``."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable

@@ -40,7 +40,7 @@ WORKERS = click.option("--workers", type=Workers(), help="Compute in so many pro
 
 def worker_pool(workers: int | str | None, method: str, chosen: CastingMethod | None, *,
                 cell: float | None) -> AbstractContextManager:
-    """The pool of ``--workers``, or None if the option is not given; ``chosen``: a method of another package.
+    """The pool of ``--workers``, or None if the option is not given; ``chosen``: an added method.
 
     Raises
     ------

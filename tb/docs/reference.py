@@ -17,8 +17,10 @@ PRESET = "small"
 # Folders of hw/, as the pages name them and in their order; others come after them by their own names.
 FOLDERS = {
     "": "Engine and cluster", "icu": "Intersection", "ctu": "Cell traversal", "memsys": "Memory system",
+    "memsys/patches": "Patches of cells", "memsys/bus": "Bus and caches", "memsys/port": "Port of main memory",
+    "memsys/load": "Loads", "memsys/results": "Results",
     "noc": "Network", "control": "Control", "registers": "Registers", "board": "Board",
-    "lib": "Library", "synthesis": "Measurement",
+    "lib": "Library",
 }
 # Classes whose layouts are on the page on payloads.
 PAYLOADS = {formats.__name__ for formats in FORMATS}
@@ -72,7 +74,7 @@ class Reference:
 
     def folder(self, cls: type) -> str:
         """Of its file, below hw/."""
-        return cls.__module__.removeprefix("hw.").rpartition(".")[0]
+        return cls.__module__.removeprefix("hw.").rpartition(".")[0].replace(".", "/")
 
     def index_path(self, folder: str) -> str:
         """Of the page on a folder."""

@@ -27,8 +27,8 @@ def test_bytes_of_a_view():
 def test_every_module_of_the_memory_system_is_on_a_page():
     text = "\n".join((ROOT / "docs" / name).read_text() for name in (
         "architecture.md", "main-memory.md", "memory-path.md", "caches.md", "traversal-unit.md"))
-    modules = {path.stem for path in (ROOT / "hw" / "memsys").glob("*.py")} - {"__init__"}
-    named = set(re.findall(r"`(?:hw/memsys/)?(\w+?)(?:\.py)?`", text))
+    modules = {path.stem for path in (ROOT / "hw" / "memsys").rglob("*.py")} - {"__init__"}
+    named = set(re.findall(r"`(?:hw/memsys/(?:\w+/)?)?(\w+?)(?:\.py)?`", text))
     assert {module for module in modules if not {module, module.title().replace("_", "")} & named} == set()
 
 

@@ -9,7 +9,7 @@ from tb.docs.language import ROOT
 from tb.docs.page_commands import pages
 
 # ``foo`` stands for any component.
-_NAMED = re.compile(r"(?<![\w./])(?P<path>(?:docs|golden|hw|radiosity|tb)/(?:\w+/)*(?!\w*foo\b)[\w-]+\.\w+)"
+_NAMED = re.compile(r"(?<![\w./])(?P<path>(?:benchmarks|docs|golden|hw|radiosity|tb)/(?:\w+/)*(?!\w*foo\b)[\w-]+\.\w+)"
                     r"(?:::(?P<name>\w+))?")
 
 

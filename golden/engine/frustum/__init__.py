@@ -1,4 +1,4 @@
-"""Bundles of rays that leave one point: hemispheres for form factors, screens for images."""
+"""Bundles of rays that leave one point, as records of the machine: hemispheres, screens and shadow frusta."""
 
 from golden.cast.frame import frame
 from golden.cast.hemisphere import Hemisphere

@@ -1,1 +1,1 @@
-"""The memory system of a cluster: patch lists of cells, filters, caches and the I-structure."""
+"""The memory system: patch lists of cells, filters and the I-structure of a cluster, and the caches behind the bus."""

@@ -41,7 +41,7 @@ class References(click.ParamType):
 
 
 def cast_command(*methods: CastingMethod) -> click.Command:
-    """The command, with methods that another package adds."""
+    """The command, with methods that a command line adds."""
     @click.command("cast", cls=Task, named=_NAMED, epilog=SCENE_HELP,
                    short_help="Cast one hemisphere or screen in fixed point.")
     @SCENE

@@ -26,7 +26,7 @@ _ADAPTIVE = {"error": "--error", "sky_error": "--sky-error", "sky_patches": "--s
 
 
 def formfactors_command(*methods: CastingMethod) -> click.Command:
-    """The command, with methods that another package adds."""
+    """The command, with methods that a command line adds."""
     @click.command("formfactors", cls=Task, named=_NAMED, epilog=SCENE_HELP,
                    short_help="Compute form factors with visibility.")
     @SCENE

@@ -40,7 +40,7 @@ _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--
 
 def render_command(*methods: CastingMethod, method: str | None = None, quality: str = "normal",
                    size: str = "512x512") -> click.Command:
-    """The command, with methods that another package adds, and defaults of some options."""
+    """The command, with methods that a command line adds, and defaults of some options."""
     @click.command("render", cls=Task, named=_NAMED, short_help="Make an image of SCENE.", epilog=SCENE_HELP)
     @SCENE
     @click.option("-o", "--output", type=FILE, required=True, multiple=True,
@@ -107,7 +107,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
         from radiosity.tasks.photometry import Photometry
         from radiosity.tasks.render import RenderFiles, View, render_scene
 
-        # Another package's method casts shelling's frusta.
+        # An added method casts shelling's frusta.
         settings = RenderSettings(width=size[0], height=size[1], samples=samples, light_samples=light_samples,
                                   noise=noise, depth=depth, rays=rays, solver=solver, shooting=shooting,
                                   elements=elements, max_edge=max_edge, max_area=max_area,
