@@ -8,7 +8,6 @@ the clock of a whole machine of the same parameters that docs/figures/history.cs
 
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from statistics import median
 
@@ -19,6 +18,7 @@ from benchmarks.casting import REPEATS, binding, rate
 from benchmarks.engine import SCENES, measure, prepare_cast
 from benchmarks.report import cell_text, output_option, provenance, table, write_report
 from golden.base.processors import processors
+from golden.base.spread import in_threads, spans
 from golden.cast.bare_embree import BareEmbree
 from golden.cast.rays import Rays
 from golden.engine.cast.shelling import Shelling
@@ -103,13 +103,11 @@ def embree_rates(prepared: PreparedJob, patches: np.ndarray) -> EmbreeRates:
     rays, bare = rays_of(prepared), BareEmbree(prepared.scene)
     origin, direction = bare.prepared(rays)
     one, met = rate(lambda _: bare.cast(origin, direction, any_hit=False), rays)
-    parts = [slice(begin, begin + 16 * _PACKETS) for begin in range(0, len(origin), 16 * _PACKETS)]
-    best = np.inf
-    with ThreadPoolExecutor(processors()) as pool:
-        for _ in range(REPEATS):
-            begin = time.perf_counter()
-            list(pool.map(lambda part: bare.cast(origin[part], direction[part], any_hit=False), parts))
-            best = min(best, time.perf_counter() - begin)
+    spread, parts, best = in_threads(processors()), spans(len(origin), 16 * _PACKETS), np.inf
+    for _ in range(REPEATS):
+        begin = time.perf_counter()
+        list(spread(lambda first, end: bare.cast(origin[first:end], direction[first:end], any_hit=False), parts))
+        best = min(best, time.perf_counter() - begin)
     return EmbreeRates(one=one * len(origin) / len(rays), all=len(origin) / best,
                        binding=rate(binding(prepared.scene), rays)[0], same=float(np.mean(met == patches[:len(met)])))
 

@@ -15,7 +15,7 @@ MAY_IMPORT = {
     "golden.engine": {"golden.base", "golden.scene", "golden.cast"},
     "golden.light": {"golden.base", "golden.scene", "golden.cast"},
     "golden.render": {"golden.base", "golden.scene", "golden.cast", "golden.engine", "golden.light"},
-    "hw": {"golden.base", "golden.engine"},
+    "hw": {"golden.engine"},
     "radiosity": {"golden.base", "golden.scene", "golden.cast", "golden.engine", "golden.light", "golden.render", "hw"},
     "benchmarks": {"golden.base", "golden.scene", "golden.cast", "golden.engine", "golden.light", "golden.render", "hw",
                    "radiosity"},

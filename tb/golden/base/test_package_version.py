@@ -60,6 +60,6 @@ def test_elsewhere_it_is_that_of_the_installed_package(tmp_path, monkeypatch):
 def test_no_other_module_identifies_code_by_the_version():
     """A version is that of many commits: what must be of the same code compares `source_digest`."""
     reads = re.compile(r"""version\(["']radiosity-engine""")
-    found = {path.relative_to(ROOT).as_posix() for folder in ("golden", "radiosity")
+    found = {path.relative_to(ROOT).as_posix() for folder in ("benchmarks", "golden", "radiosity")
              for path in (ROOT / folder).rglob("*.py") if reads.search(path.read_text())}
     assert not found

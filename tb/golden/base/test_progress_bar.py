@@ -93,7 +93,8 @@ def test_a_command_shows_bars_on_a_terminal_or_when_it_is_verbose(quiet, verbose
 
 def test_every_bar_is_disabled_by_its_request_alone():
     """Those of the simulated machine and of the hardware's commands too."""
-    sources = "".join(path.read_text() for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+    sources = "".join(path.read_text() for package in (*PACKAGES, "benchmarks")
+                      for path in (ROOT / package).rglob("*.py"))
     assert set(re.findall(r"\bdisable=(not [\w.()]+?|[^n][^,)]*)[,)]+", sources)) <= {
         "not progress", "not shown", "not self._progress", "not console(", "not console().progress"}
     assert set(re.findall(r"\bshown=([\w.()]+?)[,)]", sources)) <= {"progress", "console(", "console().progress"}

@@ -85,7 +85,7 @@ def test_work_in_spans_whose_work_is_in_spans_has_no_more_threads(jobs, parts, m
 
 
 def test_all_threads_that_compute_are_made_in_one_place():
-    sources = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py")]
+    sources = [path for package in (*PACKAGES, "benchmarks") for path in (ROOT / package).rglob("*.py")]
     assert [path.name for path in sources if re.search("ThreadPool|Thread[(].*jobs", path.read_text())] == ["spread.py"]
 
 
