@@ -93,9 +93,9 @@ def test_two_clusters_of_the_board():
     """One cluster with its shell, the units of another one and the network."""
     page, last = " ".join((ROOT / "docs" / "board.md").read_text().split()), last_records(read_history())
     one = [int(number.replace(",", "")) for number in re.search(
-        r"is mapped to ([\d,]+) LUTs .*?, ([\d,]+) registers .*?, (\d+) DSP blocks .*? and (\d+) block RAMs",
+        r"takes ([\d,]+) LUTs .*?, ([\d,]+) registers .*?, (\d+) DSP blocks .*? and (\d+) block RAMs",
         page).groups()]
-    shares = re.search(r"is mapped to.*?\((\d+) %\).*?\((\d+) %\).*?\((\d+) %\).*?\((\d+) %\)", page).groups()
+    shares = re.search(r"shell.*? takes .*?\((\d+) %\).*?\((\d+) %\).*?\((\d+) %\).*?\((\d+) %\)", page).groups()
     assert [int(share) for share in shares] == [
         round(100 * count / device) for count, device in zip(one, DEVICE, strict=True)]
     more = [last["ecp5", "board", "", *unit] for unit in (
