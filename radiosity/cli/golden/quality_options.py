@@ -6,7 +6,7 @@ from click.core import ParameterSource
 __all__ = ["QUALITIES", "quality_options"]
 
 QUALITIES = {
-    "sketch": {"light_samples": "4", "depth": "2", "rays": "32x8", "elements": "300"},
+    "sketch": {"light_samples": "1", "depth": "2", "rays": "32x8", "elements": "300"},
     "draft": {"samples": "1", "light_samples": "4", "depth": "2", "rays": "32x8"},
     "normal": {},
     "high": {"samples": "16", "light_samples": "16", "rays": "256x64"},
