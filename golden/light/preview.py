@@ -1,6 +1,7 @@
 """Pictures of a radiosity solution while it is sought."""
 
 from collections.abc import Callable
+from copy import copy
 from functools import cached_property
 from numbers import Integral
 from pathlib import Path
@@ -44,9 +45,10 @@ class Preview:
         self.path, self._steps, self._radiosity = Path(path), steps, None
 
     def of(self, scene: Scene, screen: Screen, caster) -> "Preview":
-        """Itself, of a picture of a scene, with a caster of rays."""
-        self._scene, self._screen, self._caster = scene, screen, caster
-        return self
+        """That of a picture of a scene, with a caster of rays; this one stays as it is, for other pictures."""
+        made = copy(self)
+        made._scene, made._screen, made._caster = scene, screen, caster
+        return made
 
     def watch(self, pieces: Pieces, channels: list[int]) -> Callable[[State], None]:
         """Takes the states of the system of some channels, and draws some of them."""

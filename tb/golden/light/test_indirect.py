@@ -263,3 +263,18 @@ def test_a_preview_shows_the_elements_between_the_steps(tmp_path):
     assert pictures[0].shape == (6, 8, 3)
     assert [path.name for path in tmp_path.iterdir()] == ["preview.png"]
     assert (pictures[-1] != pictures[0]).any()
+
+
+def test_a_preview_of_one_picture_says_nothing_of_the_next_one(tmp_path):
+    lamp = Material(name="lamp", emission=(1, 1, 1))
+    scene = scene_of((FLOOR, GREY), (rectangle((-1, -1, 1), (0, 2, 0), (2, 0, 0)), lamp))
+    path = tmp_path / "preview.png"
+
+    def drawn(preview, eye):
+        screen = Screen(camera=Camera(eye=eye, target=(0, 0, 0), fov=40), width=8, height=6)
+        solve(scene, 1, shooting=Shooting(), preview=preview.of(scene, screen, Grid(scene)))
+        return path.read_bytes()
+
+    twice = Preview(path)
+    before, after = drawn(twice, (0, -4, 3)), drawn(twice, (3, -5, 1))
+    assert before != after == drawn(Preview(path), (3, -5, 1))

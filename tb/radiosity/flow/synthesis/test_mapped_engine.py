@@ -14,7 +14,7 @@ from tb.system.scenes import phase
 @pytest.mark.nightly
 @pytest.mark.parametrize(("preset", "clusters"), [("tiny", 1), ("board", 1), ("board", 2)])
 def test_its_hemisphere_is_goldens(preset, clusters, tmp_path):
-    """Of two clusters each casts a half, and requests patches of the other one."""
+    """Of two clusters each casts a half."""
     config = PRESETS[preset].replace({"noc.columns": clusters, "noc.rows": 1})
     # Otherwise folds are not among what casts.
     assert synthesise(Engine(config=config), tmp_path).folded > 0
