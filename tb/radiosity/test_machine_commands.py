@@ -602,7 +602,7 @@ def test_a_frustum_is_larger_than_the_ray_memories(folder):
 
 @TWO_CLUSTERS
 def test_an_error_in_a_job_is_a_line(folder, monkeypatch):
-    monkeypatch.setattr("golden.engine.frustum.Hemisphere.polar_weights", property(
+    monkeypatch.setattr("golden.cast.hemisphere.Hemisphere.polar_weights", property(
         lambda hemisphere: np.full(hemisphere.polars, (1 << 42) - 1)))
     result = run(radiosity.cli.main.main, *CAST)
     assert result.exit_code == 2
