@@ -6,6 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.descriptor import ANY_CLUSTER, NEAR_ALIGNMENT, VERSION
 from golden.engine.memory_map import ALIGNMENT
 from hw.control.job_formats import DESCRIPTOR_WORDS, WORD_BITS, JobFormats, Kind, byte_of, elements
@@ -83,6 +84,7 @@ class DescriptorCheck(wiring.Component):
                 ("near_count", lambda value: value > 1 << ctu.near_cell_bits, False),
                 ("last_shell", lambda value: (value == 0) | (value >> ctu.shell_bits != 0), False),
                 ("reserved", lambda value: value != 0, True),
+                ("bundle", lambda value: value > max(Bundle), False),
                 ("columns", lambda value: value > side, False), ("rows", lambda value: value > side, False)):
             word, value = field(name)
             rules[name] = word, is_wrong(value), everywhere

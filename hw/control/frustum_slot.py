@@ -72,11 +72,11 @@ class FrustumSlot(wiring.Component):
         targets = {name: [held.section[name], results.section[name]] for name in held.section.shape().members}
         targets = {name: [[both[0]], [both[1]]] for name, both in targets.items()}
         targets |= {name: [[numbers[name]]] for name in (
-            "is_screen", "source", "rows", "column_bits", "row_bits", "longest_direction")}
+            "source", "rows", "column_bits", "row_bits", "longest_direction")}
         targets |= {name: [list(numbers[name])] for name in ("origin", "grid_origin")}
         targets |= {name: [[entry for line in numbers[name] for entry in line]] for name in ("matrix", "to_global")}
-        targets |= {"columns": [[numbers.columns], [results.columns]], "last_shell": [[held.last_shell]],
-                    "near_count": [[held.near_cells]]}
+        targets |= {"bundle": [[numbers.is_screen]], "columns": [[numbers.columns], [results.columns]],
+                    "last_shell": [[held.last_shell]], "near_count": [[held.near_cells]]}
         targets |= {name: [[results[name]]] for name in ("hit_format", "sums", "hits", "sums_address")}
         for field, several in targets.items():
             for target in several:

@@ -26,8 +26,8 @@ def descriptor(config: Config, draw: random.Random, **fields: int) -> np.void:
              "context": 0, "cluster": ANY_CLUSTER, "hits": 64 * draw.randrange(1000),
              "sums_address": 64 * draw.randrange(1000), "first_column": 0, "end_column": columns, "first_row": 0,
              "end_row": rows, "near_cells": 8 * draw.randrange(4000), "near_count": draw.randrange(7),
-             "last_shell": draw.randrange(1, 1 << config.ctu.shell_bits), "reserved": 0, "columns": columns,
-             "rows": rows}
+             "last_shell": draw.randrange(1, 1 << config.ctu.shell_bits), "reserved": 0, "bundle": draw.randrange(2),
+             "columns": columns, "rows": rows}
     return changed(one[0], **{**known, **fields})
 
 

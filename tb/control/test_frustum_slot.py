@@ -79,7 +79,7 @@ def expected(one, bank):
     """What the units get of a descriptor."""
     shape = FrustumSlot(config=CONFIG).o.payload.shape()["numbers"].shape
     numbers = {name: one[name].reshape(3, 3).tolist() if name in ("matrix", "to_global") else one[name].tolist()
-               for name, _ in shape}
+               for name, _ in shape if name != "is_screen"} | {"is_screen": int(one["bundle"])}
     numbers = unpack(shape, pack(shape, numbers))
     section = {name: int(one[name]) for name in ("first_column", "end_column", "first_row", "end_row")}
     return {"numbers": numbers, "section": section, "last_shell": int(one["last_shell"]),

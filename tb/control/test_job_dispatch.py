@@ -181,6 +181,7 @@ LIMITS = [
     *({"near_cells": value} for value in (4, 8, (1 << 40) - 8, 1 << 40)),
     *({"near_count": value} for value in (0, 1, 2, (1 << 9) - 1, 1 << 9, (1 << 9) + 1, 1 << 31)),
     *({"last_shell": value} for value in (0, 1, 63, 64, 1 << 31)), *({"reserved": value} for value in (1, 1 << 63)),
+    *({"bundle": value} for value in (0, 1, 2, 1 << 31)),
     *({"columns": value, "end_column": 1} for value in (SIDE, SIDE + 1, 1 << 31)),
     *({"rows": value, "end_row": 1} for value in (SIDE, SIDE + 1)),
     *({**WHOLE, "end_column": end, "columns": 12, "end_row": 1} for end in (0, 1, 12, 13)),

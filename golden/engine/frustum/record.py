@@ -10,6 +10,7 @@ from golden.cast.frame import frame
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
 from golden.engine.config import Numbers
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.lib.fixed import ceil_sqrt, round_shift
 from golden.engine.scene.g_coordinates import GCoordinates
 
@@ -71,6 +72,11 @@ class FrustumRecord:
 
     def __len__(self) -> int:
         return self.columns * self.rows
+
+    @property
+    def bundle(self) -> Bundle:
+        """The kind of the rays."""
+        return Bundle.SCREEN if self.is_screen else Bundle.HEMISPHERE
 
     @property
     def slopes(self) -> tuple[float, float]:

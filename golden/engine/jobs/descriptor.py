@@ -12,6 +12,7 @@ from golden.engine.ctu.near_cells import near_cells
 from golden.engine.ctu.sector import Sector
 from golden.engine.ctu.unit import CellTraversalUnit
 from golden.engine.frustum import FrustumRecord
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.result_formats import HitFormat, exceeding
 from golden.engine.memory_map.layout import ALIGNMENT, FRUSTUM_FIELDS, Field, Region
 from golden.engine.memory_map.records import frustum_fields, make_records
@@ -234,6 +235,7 @@ RULES = (
     Rule("last_shell", "last_shell must be 1 to 2^ctu.shell_bits - 1",
          lambda one, config: 1 <= one["last_shell"] < 1 << config.ctu.shell_bits, _FRUSTUM),
     Rule("reserved", "reserved must be 0", lambda one, config: one["reserved"] == 0),
+    Rule("bundle", "bundle must be 0 or 1", lambda one, config: one["bundle"] in tuple(Bundle), _FRUSTUM),
     Rule("columns", "columns must be at most 2^icu.side_bits", _small("columns"), _FRUSTUM),
     Rule("rows", "rows must be at most 2^icu.side_bits", _small("rows"), _FRUSTUM),
 )

@@ -12,7 +12,7 @@ from golden.engine.memsys.patches.cell_table import CellTable
 __all__ = ["frustum_fields", "make_records"]
 
 # Of `FRUSTUM_FIELDS`, those that need more than the frustum's record.
-_DERIVED = ("is_screen", "grid_origin", "longest_direction")
+_DERIVED = ("grid_origin", "longest_direction")
 
 
 def make_records(region: Region, length: int, owner: str, fields: Mapping[str, object]) -> np.ndarray:
@@ -48,7 +48,7 @@ def make_records(region: Region, length: int, owner: str, fields: Mapping[str, o
 
 def frustum_fields(record: FrustumRecord, table: CellTable) -> dict[str, object]:
     """The values of `FRUSTUM_FIELDS` for a frustum in the cells of a scene."""
-    return {"is_screen": int(record.is_screen), "grid_origin": table.position(record.origin),
+    return {"grid_origin": table.position(record.origin),
             "longest_direction": 0 if record.is_screen else record.longest_direction,
             **{field.name: np.ravel(getattr(record, field.name)) for field in FRUSTUM_FIELDS
                if field.name not in _DERIVED}}

@@ -64,7 +64,7 @@ def test_bytes_are_where_the_specification_says(scene, frustum):
         0x123456780, 0x40, 64, 128, 16, 32, 0x98, len(near_cells(record, table, record.slopes)),
         CellTraversalUnit(record, table).last_shell, 0)
     assert struct.unpack_from("<Ii4I3I", data, 64) == (
-        record.is_screen, record.source, record.columns, record.rows, record.column_bits, record.row_bits,
+        record.bundle, record.source, record.columns, record.rows, record.column_bits, record.row_bits,
         *record.origin)
     assert struct.unpack_from("<18iI", data, 100) == (*record.matrix.ravel(), *record.to_global.ravel(),
                                                       record.z_scale)
@@ -127,6 +127,7 @@ LIMITS = [
     ("last_shell", {"last_shell": 0}, "DESCRIPTOR"), ("last_shell", {"last_shell": 1}, None),
     ("last_shell", {"last_shell": 63}, None), ("last_shell", {"last_shell": 64}, "DESCRIPTOR"),
     ("reserved", {"reserved": 1 << 63}, "DESCRIPTOR"),
+    ("bundle", {"bundle": 0}, None), ("bundle", {"bundle": 2}, "DESCRIPTOR"),
     *((name, {name: count}, code) for name in ("columns", "rows") for count, code in (
         (1 << CONFIG.icu.side_bits, None), ((1 << CONFIG.icu.side_bits) + 1, "DESCRIPTOR"))),
     # Empty by a column and by a row, and of one ray.
