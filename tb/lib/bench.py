@@ -133,7 +133,8 @@ class Bench:
         """A golden model from reset on, a generator: it is sent what is given in a cycle, and yields the outputs then.
 
         Given are by name ports' values, the item that an input offers or None, and whether an output is ready. Outputs
-        are in a dict: ports' values or None for any, whether an input accepts, and what an output offers or None.
+        are in a dict: ports' values or None for any, whether an input accepts, None for either, and what an output
+        offers or None.
         """
         raise NotImplementedError
 

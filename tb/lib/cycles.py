@@ -134,7 +134,8 @@ class Table:
                         for name in self._streams[Out] if name in self._waits}
 
     def _outputs(self, said):
-        found = {f"{name}__ready": (int(bool(said[name])), 1) for name in self._streams[In] if name in self._waits}
+        found = {f"{name}__ready": (int(bool(said[name])), 1) for name in self._streams[In]
+                 if name in self._waits and said[name] is not None}
         for name in self._streams[Out]:
             item, shape = said[name], self._shapes[name]
             found[f"{name}__valid"] = (int(item is not None), 1)

@@ -1,61 +1,68 @@
-from collections import defaultdict, deque
+"""Arbiters and their rules, cycle by cycle; `tb.formal.lib.test_arbiter` has proofs."""
 
 import pytest
 from amaranth.lib.data import StructLayout
 
+from hw.lib import longest_waiting, round_robin
 from hw.lib.arbiter import Arbiter, ArbiterPolicy
-from tb.lib.bench import Bench, Vectors
-from tb.lib.schedules import Schedule, ScheduleBench
-from tb.lib.stages import passage
+from tb.lib.bench import Bench
+from tb.lib.grants import LongestWaiting, RoundRobin
 
 SHAPE = StructLayout({"low": 4, "high": 4})
 COUNT = 3
-ITEMS = {k: [{"low": k, "high": number % 16} for number in range(24)] for k in range(COUNT)}
+REQUESTS = 4
 
 
 class TestArbiter(Bench):
-    """Items of each source come in its order; while all request, in turn. `tb.formal.lib.test_arbiter` has proofs."""
-
-    component, variants, splits = Arbiter, ({},), False
+    component, variants, rule = Arbiter, ({},), RoundRobin
     arguments = {"shape": SHAPE, "count": COUNT, "policy": ArbiterPolicy.ROUND_ROBIN}
 
-    def vectors(self, config):
-        return Vectors(inputs={f"i__{k}": items for k, items in ITEMS.items()}, expected={})
-
-    def is_over(self, given, came):
-        return len(came["o"]) == sum(map(len, ITEMS.values()))
-
-    def check(self, given, came):
-        split = defaultdict(list)
-        for item in self.values("o", came):
-            split[item["source"]].append(item["item"])
-        assert split == ITEMS
-
-    def predict(self, given, trace, component, config):
-        """Whichever is granted, one is in each cycle in which any requests and the item before can leave."""
-        granted = sorted((cycle, name) for name in given.inputs for cycle in trace.cycles[name])
-        waiting, offered = {name: deque(trace.offered[name]) for name in given.inputs}, []
-        for _, name in granted:
-            offered.append(min(times[0] for times in waiting.values() if times))
-            waiting[name].popleft()
-        accepted, left = passage(self.stages(component, config), offered, trace.stalled["o"])
-        assert [cycle for cycle, _ in granted] == accepted
-        return {"o": left}
+    def model(self, config):
+        """An item enters the register when that is free; requests age while it is not."""
+        rule, item = self.rule(), None
+        given = yield
+        while True:
+            requests = [k for k in range(COUNT) if getattr(given, f"i__{k}") is not None]
+            granted, advances = rule.grant(requests, requests), item is None or given.o
+            outputs = {"o": item} | {f"i__{k}": advances and k == granted for k in range(COUNT)}
+            if advances:
+                item = None
+                if requests:
+                    rule.accept(granted)
+                    item = {"source": granted, "item": getattr(given, f"i__{granted}")}
+            given = yield outputs
 
 
-class TestLongestWaiting(TestArbiter):
+class TestOldestFirst(TestArbiter):
+    rule = LongestWaiting
     arguments = {**TestArbiter.arguments, "policy": ArbiterPolicy.LONGEST_WAITING}
-    test_in_the_simulator = None
 
 
-@pytest.mark.parametrize(("policy", "order"), [(ArbiterPolicy.ROUND_ROBIN, [0, 1, 2, 0]),
-                                               (ArbiterPolicy.LONGEST_WAITING, [0, 2, 1, 0])])
-def test_who_came_first(policy, order):
-    """While the output stalls with an item of input 0, inputs 2, 1 and 0 request, one after the other."""
-    zero = {"low": 0, "high": 0}
-    came = ScheduleBench(Arbiter(SHAPE, count=COUNT, policy=policy)).run(Schedule(
-        items={"i__0": [(0, zero), (8, zero)], "i__1": [(6, zero)], "i__2": [(4, zero)]}, stalls={"o": [20]}))["o"]
-    assert [item["source"] for item in came] == order
+class TestRoundRobin(Bench):
+    component, arguments, variants, rule = round_robin.RoundRobin, {"count": REQUESTS}, ({},), RoundRobin
+
+    def model(self, config):
+        """A request that is not eligible may age too."""
+        rule = self.rule()
+        given = yield
+        while True:
+            requests, eligible = ([k for k in range(REQUESTS) if bits >> k & 1]
+                                  for bits in (given.request, given.eligible))
+            granted = rule.grant(requests, eligible)
+            if given.accept:
+                rule.accept(granted)
+            given = yield {"grant": 0 if granted is None else 1 << granted}
+
+    def drive(self, given, random):
+        """Most requests stay; only what requests is eligible, and only a grant is accepted."""
+        self.before = given.request = given.request & random.getrandbits(REQUESTS) | getattr(self, "before", 0) & (
+            random.getrandbits(REQUESTS) | random.getrandbits(REQUESTS))
+        given.eligible &= given.request
+        given.accept = bool(given.eligible) and random.random() < 0.7
+
+
+class TestLongestWaiting(TestRoundRobin):
+    component, rule = longest_waiting.LongestWaiting, LongestWaiting
 
 
 @pytest.mark.parametrize(("count", "error"), [(0, ValueError), ("2", TypeError)])
