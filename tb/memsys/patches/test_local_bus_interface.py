@@ -26,7 +26,7 @@ class TestLocalBusInterface(Bench):
         beat = index = hits = misses = 0
         lost_cell = lost_patch = head = None
         # What is to be answered, for `items`.
-        self.asked, self.beats = {CELL: deque(), PATCH: deque()}, {CELL: [], PATCH: []}
+        self.outstanding, self.beats = {CELL: deque(), PATCH: deque()}, {CELL: [], PATCH: []}
         given = yield
         while True:
             is_further = bool(further) and not offers_cell
@@ -45,7 +45,7 @@ class TestLocalBusInterface(Bench):
                 "patch": lost_patch, "hits": hits, "misses": misses}
 
             if request and given.o_request:
-                self.asked[request["kind"]].append(request["key"])
+                self.outstanding[request["kind"]].append(request["key"])
                 request = None
             offers_cell = 0 in offers and granted != 0 and not is_further
             if granted is not None:
@@ -89,13 +89,13 @@ class TestLocalBusInterface(Bench):
         if name != "i_reply":
             yield from super().items(name, shape, random)
         while True:
-            kinds = [kind for kind in (CELL, PATCH) if self.asked[kind] or self.beats[kind]]
+            kinds = [kind for kind in (CELL, PATCH) if self.outstanding[kind] or self.beats[kind]]
             if not kinds:
                 yield None
                 continue
             kind = random.choice(kinds)
             if not self.beats[kind]:
-                self.beats[kind] = self._reply(kind, self.asked[kind].popleft(), random)
+                self.beats[kind] = self._reply(kind, self.outstanding[kind].popleft(), random)
             data, last, error = self.beats[kind].pop(0)
             yield {"cluster": random.getrandbits(1), "kind": kind, "last": int(last), "error": int(error),
                    "hit": random.getrandbits(1), "data": data}
