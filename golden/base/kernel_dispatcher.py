@@ -17,7 +17,22 @@ INLINED = {**_WITHOUT_ENTRY, "forceinline": True}
 """Options of a function that becomes a part of each kernel that calls it."""
 
 
-class KernelDispatcher(CPUDispatcher):
+class _CachedDispatcher(CPUDispatcher):
+    """A dispatcher whose machine code one process compiles and others read."""
+
+    def __init__(self, py_func, targetoptions):
+        super().__init__(py_func, {}, targetoptions)
+        self._cache = KernelCache(self)
+
+    def compile(self, sig):
+        """Compile the function for types of arguments, unless it is or a file has it."""
+        try:
+            return super().compile(sig)
+        finally:
+            self._cache.release()
+
+
+class KernelDispatcher(_CachedDispatcher):
     """A compiled function, as Python calls it. Other kernels call a twin of it that has no entry for Python.
 
     An entry takes arguments apart, for which more is compiled than for most functions whose state is in many arrays.
@@ -26,10 +41,9 @@ class KernelDispatcher(CPUDispatcher):
     """
 
     def __init__(self, py_func, locals=None, targetoptions=None, pipeline_class=None):
-        super().__init__(py_func, locals or {}, targetoptions or _OPTIONS)
+        super().__init__(py_func, targetoptions or _OPTIONS)
         self._twin = None if "no_cpython_wrapper" in self.targetoptions else KernelDispatcher(
             py_func, targetoptions=_WITHOUT_ENTRY)
-        self._cache = KernelCache(self)
 
     def get_call_template(self, args, kws):
         """Types of a call from another kernel, for which the twin is compiled."""
@@ -43,12 +57,11 @@ class KernelDispatcher(CPUDispatcher):
         return super().get_overload(sig) if self._twin is None else self._twin.get_overload(sig)
 
 
-class CallbackDispatcher(CPUDispatcher):
+class CallbackDispatcher(_CachedDispatcher):
     """A compiled function of one pointer, as C calls it."""
 
     def __init__(self, py_func):
-        super().__init__(py_func, {}, {**_WITHOUT_ENTRY, "no_cfunc_wrapper": False})
-        self._cache = KernelCache(self)
+        super().__init__(py_func, {**_WITHOUT_ENTRY, "no_cfunc_wrapper": False})
 
     @cached_property
     def address(self) -> int:

@@ -168,7 +168,7 @@ def cast(model, any_hit, origin, direction, source, target, tmax, patch_of, t_of
     # No instance.
     whole[0] = -1
     whole[_VERTICES], whole[_PATCHES], whole[_COUNT] = model.vertices, model.patches, model.count
-    whole.view(np.float64)[_SLACK] = model.slack
+    pointer(np.uintp(whole.ctypes.data), np.float64)[_SLACK] = model.slack
     rows, hits = np.empty(_BATCH, dtype=np.int64), np.empty((_ROWS, _BATCH))
     for begin in range(0, len(origin), _BATCH):
         count = min(_BATCH, len(origin) - begin)

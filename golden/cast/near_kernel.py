@@ -98,8 +98,11 @@ def find_near(query, compare_at, scene, centre, size, vertices, normals, band, l
     """
     memory = np.zeros(_POINT + _STATE + 8, dtype=np.int64)
     words = memory[(-memory.ctypes.data) % 64 // 8:]
-    whole, point = words[_POINT:_POINT + _STATE], words[:4].view(np.float32)
-    context, real = words[4:_POINT].view(np.uint32), whole.view(np.float64)
+    # Pointers and single numbers: views and slices are checked, with messages that take long to compile.
+    at = np.uintp(words.ctypes.data)
+    whole_at, context_at = at + np.uintp(8 * _POINT), at + np.uintp(8 * 4)
+    point, context = pointer(at, np.float32), pointer(context_at, np.uint32)
+    whole, real = pointer(whole_at, np.int64), pointer(whole_at, np.float64)
     whole[_VERTICES], whole[_NORMALS], whole[_COUNT] = vertices.ctypes.data, normals.ctypes.data, len(vertices)
     real[_BAND], real[_LEAST], real[_TOUCH] = band, least, touch
     # No instances.
@@ -113,8 +116,11 @@ def find_near(query, compare_at, scene, centre, size, vertices, normals, band, l
                        vertices[patch, 3, axis])
             point[axis] = ((low + high) / 2 - centre[axis]) / size
             reach += (high - low) * (high - low)
+            real[_BOX + axis], real[_BOX + axis + 3] = np.inf, -np.inf
         point[3], point[4] = 0, (np.sqrt(reach) / 2 + 2 * band) / size
         whole[_OWN], whole[_FOUND] = patch, 0
-        real[_BOX:_BOX + 3], real[_BOX + 3:_STATE] = np.inf, -np.inf
-        call(query, (np.uintp(scene), words.ctypes.data, context.ctypes.data, np.uintp(compare_at), whole.ctypes.data))
-        near[patch], boxes[patch] = whole[_FOUND], real[_BOX:_STATE]
+        # The words are named here, or their memory would be freed.
+        call(query, (np.uintp(scene), np.uintp(words.ctypes.data), context_at, np.uintp(compare_at), whole_at))
+        near[patch] = whole[_FOUND]
+        for place in range(6):
+            boxes[patch, place] = real[_BOX + place]

@@ -296,7 +296,10 @@ def _rotate(local, frames, ray, sample, direction):
 
 
 def _entries(owner, weight, column, columns):
-    """Sums of integers by owner, ascending, and column, of those that have one: the sums, their owners and columns."""
+    """Sums of integers by owner, ascending, and column, of those that have one: the sums, their owners and columns.
+
+    Columns of an owner are in any order.
+    """
     if not is_compiler_active():
         seen = np.flatnonzero((column >= 0) & (weight > 0))
         low = owner.min(initial=0)
@@ -310,7 +313,7 @@ def _entries(owner, weight, column, columns):
 
 @compiled
 def _sum_by_column(owner, weight, column, sums, total, row, met):
-    """Writes the sums, by owner and then by column, and returns their number; ``sums`` is 0, before and after."""
+    """Writes the sums, owner by owner, and returns their number; ``sums`` is 0, before and after."""
     first = end = 0
     for k in range(len(owner)):
         if column[k] >= 0 and weight[k] > 0:
@@ -319,7 +322,6 @@ def _sum_by_column(owner, weight, column, sums, total, row, met):
                 end += 1
             sums[column[k]] += weight[k]
         if k + 1 == len(owner) or owner[k + 1] != owner[k]:
-            met[first:end].sort()
             for place in range(first, end):
                 total[place], row[place] = sums[met[place]], owner[k]
                 sums[met[place]] = 0

@@ -52,7 +52,8 @@ class Refinement:
         In a quad element ``first + iv nu + iu``; in a triangle rows along v, in each row upright and inverted elements
         alternate (a triangle is a quad with V3 = V2: its barycentric coordinates are b1 = u (1 - v) and b2 = v).
         """
-        patch, u, v = (np.asarray(values) for values in (patch, u, v))
+        # Of one type, as each is compiled for.
+        patch, u, v = np.asarray(patch, dtype=np.int64), np.asarray(u), np.asarray(v)
         in_triangle = self.is_triangle[patch]
         along = self.cuts.cells(patch, 0, np.where(in_triangle, u * (1 - v), u))
         up = self.cuts.cells(patch, 1, v)

@@ -1,12 +1,15 @@
 """Machine code that is kept is that of the functions and constants as they are now, in whatever files these are."""
 
+import fcntl
 import importlib
 import os
 import pkgutil
 import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from threading import Event
 
 import numpy as np
 import pytest
@@ -160,6 +163,27 @@ def test_two_processes_that_compile_at_once_leave_one_file_a_kernel(package):
     files = [path for path in kernel_folder().rglob("*") if path.is_file()]
     assert len({path.parent for path in files}) == len(files)
     assert run(package) == (_VALUE, False)
+
+
+def test_a_process_reads_what_another_one_is_compiling(package, monkeypatch):
+    assert run(package) == (_VALUE, True)
+    folder, waits = kernel_folder() / f"{package.name}.kernels.kernel", Event()
+    kept, = folder.iterdir()
+    code = kept.read_bytes()
+    kept.unlink()
+    compiling, flock = os.open(folder, os.O_RDONLY), fcntl.flock
+    flock(compiling, fcntl.LOCK_EX)
+    monkeypatch.setattr(fcntl, "flock", lambda *given: waits.set() or flock(*given))
+    with ThreadPoolExecutor() as threads:
+        found = threads.submit(run, package)
+        assert waits.wait(60)
+        kept.write_bytes(code)
+        os.close(compiling)
+        assert found.result() == (_VALUE, False)
+    # Nobody waits for a process that has ended its own.
+    another = os.open(folder, os.O_RDONLY)
+    flock(another, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    os.close(another)
 
 
 def test_kernels_run_where_nothing_can_be_written(package, monkeypatch):
