@@ -51,7 +51,7 @@ class OutputPort(wiring.Component):
 
     Timing
     ------
-    Latency: ``2`` cycles from ``heads`` to ``o``, ``1`` if single-cycle. One flit per cycle.
+    Latency: ``2 - single_cycle`` cycles from ``heads`` to ``o``. One flit per cycle.
     """
 
     def __init__(self, *, bits: int, channels: int, sources: int, depth: int, single_cycle: bool = False,

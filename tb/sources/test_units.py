@@ -16,7 +16,6 @@ TESTED_IN = {
     "hw/lib/black_box.py": ("tb/docs/test_architecture.py", "tiny_structures"),
     "hw/lib/longest_waiting.py": ("tb/lib/test_arbiter.py", ""),
     "hw/lib/round_robin.py": ("tb/lib/test_arbiter.py", ""),
-    "hw/memsys/port/burst_splitter.py": ("tb/formal/memsys/test_memory_engines.py", ""),
     "hw/memsys/bus/cell_fetch.py": ("tb/memsys/bus/test_fetches.py", ""),
     "hw/memsys/patches/cell_table.py": ("tb/memsys/patches/test_tables.py", ""),
     "hw/memsys/patches/local_patch_geometry.py": ("tb/memsys/patches/test_tables.py", ""),
@@ -24,10 +23,6 @@ TESTED_IN = {
     "hw/memsys/bus/patch_fetch.py": ("tb/memsys/bus/test_fetches.py", ""),
     "hw/memsys/patches/patch_table.py": ("tb/memsys/patches/test_tables.py", ""),
     "hw/memsys/patches/patch_type_memory.py": ("tb/memsys/patches/test_tables.py", ""),
-    "hw/noc/input_queue.py": ("tb/formal/noc/test_router.py", ""),
-    "hw/noc/link_receiver.py": ("tb/noc/test_network_interface.py", "NetworkInterface"),
-    "hw/noc/link_sender.py": ("tb/noc/test_network_interface.py", "NetworkInterface"),
-    "hw/noc/output_port.py": ("tb/formal/noc/test_router.py", "Router"),
     "radiosity/flow/synthesis/scan_harness.py": ("tb/radiosity/flow/synthesis/test_flow.py",
                                                  "synthesise_between_registers"),
 }

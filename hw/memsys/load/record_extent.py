@@ -34,7 +34,7 @@ class RecordExtent(wiring.Component):
 
     Timing
     ------
-    Latency: ``3`` cycles. One extent per cycle; stalls with ``o``.
+    Latency: ``3`` cycles. One extent per cycle; stalls while the extent at the end waits.
 
     Golden counterpart: `golden.engine.memory_map.layout.REGIONS`.
     """

@@ -1,63 +1,48 @@
-from hypothesis import given
-from hypothesis import strategies as st
-
-from golden.engine.config import PRESETS
 from hw.memsys.bus.patch_extents import PatchExtents
 from hw.memsys.load.image_layout import PATCH_WORDS
-from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
-from tb.lib.timing import documented_latency
+from tb.lib.bench import Bench
+from tb.lib.shift_registers import ShiftRegisters
 
-CONFIG = PRESETS["tiny"]
-MOST = 1 << PatchExtents.index_bits
-DUT = PatchExtents(config=CONFIG)
-BENCH = ScheduleBench(DUT, ["i_id", "i"], ["o"])
-# Of a drawn schedule.
-SOME = 16
-IDS = st.integers(0, (1 << 32) - 1)
+MOST, RECORD = 1 << PatchExtents.index_bits, 64
 
 
-def schedule_of(ids, base, count, stalls=(), gap=0):
-    given_ids = [(0, {"index": index, "id": number}) for index, number in enumerate(ids)]
-    return Schedule(items={"i_id": given_ids, "i": [(len(ids) + gap, {"base": base, "count": count})]},
-                    stalls={"o": list(stalls)})
+class TestPatchExtents(Bench):
+    component, variants, span = PatchExtents, ({},), 1500
+    # Offers of the first ids and of all extents at once take as many cycles.
+    chances = ((1, 1), (0.9, 0.6), (0.5, 1))
 
+    def model(self, config):
+        """The records of the ids in their order; the next ones when the last extent has been taken."""
+        ids, pipeline, index, count, self.busy = {}, ShiftRegisters(3), 0, 0, False
+        base = 0
+        given = yield
+        while True:
+            end, ready = pipeline.end, given.o
+            outputs = {"i": not self.busy, "o": end and {
+                "address": end["address"], "length": PATCH_WORDS - 1, "narrow": 0}}
+            step = None
+            if index < count:
+                address = (base + RECORD * ids[index]) % (1 << config.memory.address_bits) if index in ids else None
+                step = {"address": address, "last": index == count - 1}
+                index += pipeline.advances(ready)
+            pipeline.step(step, ready)
+            if self.busy and end and ready:
+                self.busy = not end["last"]
+            elif not self.busy and given.i:
+                base, count, index, self.busy = given.i["base"], given.i["count"], 0, True
+            if given.i_id:
+                ids[given.i_id["index"]] = given.i_id["id"]
+            given = yield outputs
 
-def expected(ids, base, count):
-    addresses = 1 << CONFIG.memory.address_bits
-    return [{"address": (base + 64 * number) % addresses, "length": PATCH_WORDS - 1, "narrow": 0}
-            for number in ids[:count]]
+    def items(self, name, shape, random):
+        """All ids first, then few; all of them, then few extents, an id at least."""
+        for number, item in enumerate(super().items(name, shape, random)):
+            if name == "i_id":
+                yield item | ({"index": number} if number < MOST else {})
+            else:
+                yield item | {"count": random.randint(1, 7) if number % 8 else MOST}
 
-
-@SETTINGS
-@given(st.lists(IDS, min_size=1, max_size=SOME), st.integers(0, (1 << CONFIG.memory.address_bits) - 1),
-       st.lists(st.integers(0, 3), max_size=SOME), st.data())
-def test_extents_are_the_records_of_the_ids_in_order(ids, base, stalls, data):
-    count = data.draw(st.integers(1, len(ids)))
-    assert BENCH.run(schedule_of(ids, base, count, stalls))["o"] == expected(ids, base, count)
-
-
-def test_all_ids_that_there_can_be():
-    ids = [7 * k + 1 for k in range(MOST)]
-    assert BENCH.run(schedule_of(ids, 4096, MOST))["o"] == expected(ids, 4096, MOST)
-
-
-def test_ids_of_before_are_replaced_and_an_extent_leaves_per_cycle():
-    ids = [3, 1, 2]
-    first = schedule_of(ids, 64, 3)
-    again = Schedule(items={"i_id": first.items["i_id"] + [(20, {"index": 1, "id": 9})],
-                            "i": first.items["i"] + [(20, {"base": 64, "count": 2})]}, stalls={"o": []})
-    assert BENCH.run(again)["o"] == expected(ids, 64, 3) + expected([3, 9], 64, 2)
-    given_at, taken = BENCH.cycles["i"], BENCH.cycles["o"]
-    assert taken[0] - given_at[0] == DUT.latency == documented_latency(PatchExtents, CONFIG)
-    assert taken[1] - taken[0] == taken[2] - taken[1] == 1
-
-
-@SETTINGS
-@given(st.lists(st.integers(0, 3), max_size=6), st.integers(1, 3))
-def test_the_next_ones_wait_until_the_last_extent_has_been_taken(stalls, count):
-    ids = [5, 6, 7]
-    first = schedule_of(ids, 64, count, stalls)
-    again = Schedule(items={**first.items, "i": [*first.items["i"], (0, {"base": 128, "count": 3})]},
-                     stalls=first.stalls)
-    assert BENCH.run(again)["o"] == expected(ids, 64, count) + expected(ids, 128, 3)
-    assert BENCH.cycles["i"][1] == BENCH.cycles["o"][count - 1] + 1
+    def drive(self, given, random):
+        """No id comes while extents are given; those of ids that have not come are anywhere."""
+        if self.busy:
+            given.i_id = None

@@ -1,54 +1,51 @@
-from hypothesis import given
-from hypothesis import strategies as st
+from collections import deque
 
-from golden.engine.config import PRESETS
-from hw.memsys.load.image_layout import PATCH_WORDS, RECORD_WORDS, RegionNumber
+from hw.memsys.load.image_layout import PATCH_WORDS, RECORD_WORDS, RULES, RegionNumber
 from hw.memsys.load.record_words import RecordWords
 from hw.memsys.port.fault import Fault
-from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, payloads, schedules
-from tb.lib.timing import documented_latency
+from tb.lib.bench import Bench
+from tb.lib.shift_registers import ShiftRegisters
 
-CONFIG = PRESETS["tiny"]
-DUT = RecordWords(config=CONFIG)
-BENCH = ScheduleBench(DUT, ["i"], ["o"])
 # Records of one word, of several, and of a patch, which has padding.
 REGIONS = [RegionNumber.PATCHES, RegionNumber.RESIDENTS, RegionNumber.COLUMNS, RegionNumber.SHELLS]
+READ = Fault.READ_REPLY.value
+# Of a word that points into a table: which it is.
+TABLES = {(rule.region, rule.word): rule.table for rule in RULES}
 
 
-def run(schedule, region, *, limit=(1 << 32) - 1, start=0, record=0):
-    return BENCH.run(schedule, region=region, limit=limit, start=start, record=record)["o"]
+class TestRecordWords(Bench):
+    component, variants = RecordWords, ({},)
+    chances = Bench.chances * 2
 
+    def model(self, config):
+        """Words of one region are numbered from a record on; what is wrong with a word that was read is checked by
+        `tb.memsys.load.test_table_check`.
+        """
+        pipeline, buffer, record, word, self.cycle = ShiftRegisters(4), deque(), 0, 0, 0
+        given = yield
+        while True:
+            size = PATCH_WORDS if self.region is RegionNumber.PATCHES else RECORD_WORDS[self.region.value]
+            end, accepts, item = pipeline.end, len(buffer) < 2, given.i
+            outputs = {"i": pipeline.advances(accepts), "o": buffer[0] if buffer else None,
+                       "table": item and TABLES.get((self.region.value, word), 0)}
+            named = item and {"fault": READ if item["error"] else None, "last": item["last"], "item": {
+                "region": self.region.value, "record": record, "word": word, "data": item["data"]}}
+            if given.start:
+                record, word = given.record, 0
+            elif item and outputs["i"]:
+                record, word = (record + (word == size - 1)) % (1 << 32), (word + 1) % size
+            if buffer and given.o:
+                buffer.popleft()
+            if end and accepts:
+                buffer.append(end)
+            pipeline.step(named, accepts)
+            self.cycle += 1
+            given = yield outputs
 
-def words(*data):
-    """Words that come when the region is known."""
-    return Schedule(items={"i": [(3, {"data": one, "last": 0, "error": 0}) for one in data]}, stalls={"o": []})
-
-
-@SETTINGS
-@given(schedules({"i": payloads(DUT.i.payload.shape())}, ["o"], most=8), st.sampled_from(REGIONS))
-def test_words_are_numbered_in_their_records(schedule, region):
-    size = PATCH_WORDS if region is RegionNumber.PATCHES else RECORD_WORDS[region.value]
-    items = [(idle + 2 * (number == 0), word) for number, (idle, word) in enumerate(schedule.items["i"])]
-    found = run(Schedule(items={"i": items}, stalls=schedule.stalls), region)
-    assert [one["item"] for one in found] == [
-        {"region": region.value, "record": number // size, "word": number % size, "data": word["data"]}
-        for number, (_, word) in enumerate(items)]
-    assert [one["last"] for one in found] == [word["last"] for _, word in items]
-    # A word that was not read has no other fault.
-    assert [one["fault"] == Fault.READ_REPLY.value for one in found] == [word["error"] == 1 for _, word in items]
-
-
-def test_faults_of_the_check_are_reported():
-    found = run(words(5, 6), RegionNumber.RESIDENTS, limit=6)
-    assert [one["fault"] for one in found] == [Fault.NONE.value, Fault.POINTER.value]
-
-
-def test_start_names_the_first_record():
-    """While ``start`` is 1 the number is that of ``record``."""
-    found, = run(words(0), RegionNumber.COLUMNS, start=1, record=41)
-    assert found["item"]["record"] == 41
-
-
-def test_latency():
-    run(words(0), RegionNumber.COLUMNS)
-    assert BENCH.cycles["o"][0] - BENCH.cycles["i"][0] == DUT.latency == documented_latency(RecordWords, CONFIG)
+    def drive(self, given, random):
+        """A region and a first record are named before the first word."""
+        if self.cycle == 0:
+            self.region = random.choice(REGIONS)
+        given.region, given.start, given.limit = self.region.value, self.cycle == 1, (1 << 32) - 1
+        if self.cycle < 3:
+            given.i = None

@@ -1,69 +1,63 @@
 """Items of released chains in their order; `tb/formal/memsys/test_deferred_store.py` proves it of small stores."""
 
-import random
-
-import pytest
-from amaranth.hdl import Value
-from amaranth.sim import Simulator
+from collections import deque
 
 from hw.memsys.patches.deferred_store import DeferredStore
+from tb.lib.bench import Bench
+
+OWNERS = 3
 
 
-def bits(layout, values):
-    """The number that a structure holds; `StructLayout.const` takes several times as long."""
-    return sum((bits(layout[name].shape, value) if isinstance(value, dict) else value) << layout[name].offset
-               for name, value in values.items())
+class TestDeferredStore(Bench):
+    component, arguments, variants, span = DeferredStore, {"shape": 16, "depth": 6, "tag": 12}, ({},), 400
+
+    def model(self, config):
+        """Chains leave one after the other, each from its first item; what is free is used again in its order."""
+        depth = self.arguments["depth"]
+        self.chains, self.adds, self.frees, waiting = [None] * OWNERS, None, None, 0
+        free, released, walked, shown = deque(range(depth)), deque(), deque(), None
+        given = yield
+        while True:
+            takes, new = given.i is not None and waiting < depth, free[0] if free else None
+            chain = takes and (self.chains[self.adds] or [])
+            moves = given.o or shown is None
+            leaves = bool(walked) and moves
+            outputs = {
+                "i": waiting < depth, "o": shown, "waiting": waiting,
+                "longer": {"some": 1, "first": chain[0][0] if chain else new, "last": new} if takes else None,
+                "releases": bool(given.i_release or released or walked or shown)}
+            if takes:
+                self.chains[self.adds] = [*chain, (free.popleft(), given.i["tag"])]
+                self.adds = None
+            if moves:
+                shown = {"tag": walked[0][1], "data": walked[0][2]} if walked else None
+            if leaves:
+                free.append(walked.popleft()[0])
+            if not walked and released:
+                walked.extend(released.popleft())
+            if given.i_release:
+                released.append([(*item, given.i_release["data"]) for item in self.chains[self.frees]])
+                self.chains[self.frees] = None
+            waiting += takes - leaves
+            given = yield outputs
+
+    def items(self, name, shape, random):
+        """Items of any owner. A chain that an item enters is not released; what says that there is none is garbage."""
+        for number, item in enumerate(super().items(name, shape, random)):
+            if name == "i":
+                self.adds = random.randrange(OWNERS)
+                yield {"tag": number, "chain": self._chain(self.chains[self.adds], item["chain"])}
+                continue
+            some = [one for one, chain in enumerate(self.chains) if chain and one != self.adds]
+            self.frees = random.choice(some) if some and random.random() < 0.4 else None
+            yield None if self.frees is None else item | {
+                "chain": self._chain(self.chains[self.frees], item["chain"])}
+
+    @staticmethod
+    def _chain(chain, garbage):
+        return {"some": 1, "first": chain[0][0], "last": chain[-1][0]} if chain else {**garbage, "some": 0}
 
 
-@pytest.mark.parametrize(("depth", "owners"), [
-    (1, 2), (6, 3), *(pytest.param(*one, marks=pytest.mark.sim) for one in ((3, 2), (4, 4), (8, 5)))])
-def test_chains_of_several_owners(depth, owners):
-    """What an owner keeps of a chain that has been released says nothing: its next chain begins with its next item.
-    Items of one chain leave without those of another one between them.
-    """
-    dut, rng = DeferredStore(16, depth=depth, tag=12), random.Random(depth)
-    streams = dut.i, dut.i_release
-    (added, released), (item, release) = zip(*((Value.cast(one.payload), one.payload.shape()) for one in streams),
-                                             strict=True)
-    leaves, moves = (dut.o.payload.tag, dut.o.payload.data), dut.o.valid & dut.o.ready
-    waiting, expected, came = [[] for _ in range(owners)], [], []
-
-    async def bench(ctx):
-        chains = [dict.fromkeys(("some", "first", "last"), 0) for _ in range(owners)]
-        for number in range(200 * depth):
-            # A chain that an item enters is not released.
-            adds, offers = rng.randrange(owners), ctx.get(dut.i.ready) and rng.random() < 0.7
-            ends = [one for one in range(owners) if chains[one]["some"] and not (offers and one == adds)]
-            releases, frees = bool(ends) and rng.random() < 0.3, rng.choice(ends or [0])
-            if not chains[adds]["some"]:
-                chains[adds] |= {name: rng.randrange(depth) for name in ("first", "last")}
-            ctx.set(dut.i.valid, int(offers))
-            ctx.set(added, bits(item, {"tag": number, "chain": chains[adds]}))
-            ctx.set(dut.i_release.valid, int(releases))
-            ctx.set(released, bits(release, {"chain": chains[frees], "data": 5 * number}))
-            ctx.set(dut.o.ready, rng.random() < 0.8)
-            if offers:
-                waiting[adds].append(number)
-                chains[adds] = {name: ctx.get(dut.longer[name]) for name in chains[adds]}
-            if releases:
-                expected.extend((one, 5 * number) for one in waiting[frees])
-                waiting[frees], chains[frees]["some"] = [], 0
-            assert ctx.get(dut.releases) == (releases or len(came) < len(expected)), "releases go on"
-            if ctx.get(moves):
-                came.append(tuple(map(ctx.get, leaves)))
-            await ctx.tick()
-        ctx.set(dut.i.valid, 0)
-        ctx.set(dut.i_release.valid, 0)
-        ctx.set(dut.o.ready, 1)
-        for _ in range(2 * depth + 8):
-            if ctx.get(dut.o.valid):
-                came.append(tuple(map(ctx.get, leaves)))
-            await ctx.tick()
-        assert ctx.get(dut.waiting) == sum(map(len, waiting))
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
-    assert came == expected
-    assert len(came) > 20 * depth
+class TestOneEntry(TestDeferredStore):
+    arguments = {**TestDeferredStore.arguments, "depth": 1}
+    constant, test_in_the_simulator = ("longer",), None
