@@ -9,13 +9,10 @@ from hw.memsys.port.fault import Fault
 from hw.memsys.results.result_formats import HitFormat
 from hw.registers.error_code import ErrorCode
 from tb.lib.bench import Bench
-from tb.lib.runner import IN_A_COMMIT
 
 
 class TestSectionResults(Bench):
     component, variants, span = SectionResults, ({},), 300
-    # One testbench of each block in Verilator in every commit: one that is soon built.
-    simulators = IN_A_COMMIT
 
     def model(self, config):
         """A cast may begin, and its section may follow another one in the slot, while results are written."""

@@ -3,7 +3,6 @@ import numpy as np
 from hw.ctu.cell_number import CellNumber
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import DEPTHS
-from tb.lib.runner import IN_A_COMMIT
 
 COUNT = 200
 
@@ -11,7 +10,6 @@ COUNT = 200
 class TestCellNumber(Bench):
     component, arguments = CellNumber, {"tag": 9}
     variants = [{"icu.product_registers": depth} for depth in DEPTHS]
-    simulators = IN_A_COMMIT
     # A cube, and the longest grids along an axis.
     cases = {str(shape): lambda config, shape=shape: of_grid(shape, config)
              for shape in ((20, 30, 40), (3, 2, 1000), (1000, 2, 3), (1, 1, 1))}

@@ -23,18 +23,16 @@ class Claim:
         All reachable states are checked.
     only
         The name of the one assertion that is claimed.
-    slow
-        It takes more than two seconds, longer than a commit's tests may: those of the hardware check it.
     nightly
-        It takes longer than these may.
+        It takes longer than the hardware's tests may.
     options
         Of the bench.
     """
 
     def __init__(self, *, cycles: int | None = None, unbounded: bool = False, only: str | None = None,
-                 slow: bool = False, nightly: bool = False, **options):
+                 nightly: bool = False, **options):
         self.cycles, self.unbounded, self.only = cycles, unbounded, only
-        self.slow, self.nightly, self.options = slow, nightly, options
+        self.nightly, self.options = nightly, options
 
 
 class Control:
@@ -61,9 +59,8 @@ def declare(make: Callable[..., Bench], *, cycles: int, controls: dict[str, Cont
     """The tests of a property: its claims, that each bench of a claim reaches all its covers, and its controls.
 
     A cover must be reached within the cycles of the shortest claim about its bench, so that no claim is vacuous;
-    and a fault must be noticed within those of a claim that checks the assertion. A commit's tests check the claims;
-    those of the hardware also reach the covers of the first bench and notice the first control's fault; the nightly
-    does all.
+    and a fault must be noticed within those of a claim that checks the assertion. The hardware's tests check the
+    claims, reach the covers of the first bench, and notice the first control's fault; the nightly does all.
 
     Parameters
     ----------
@@ -116,7 +113,7 @@ def declare(make: Callable[..., Bench], *, cycles: int, controls: dict[str, Cont
     for claim in claims:
         alike.setdefault(_words(claim.options), []).append(claim)
     tests = [_case("holds", " ".join(filter(None, [words, one.only, f"cycles={one.cycles}" if one.cycles else ""])),
-                   holds, one, tier=_NIGHTLY if one.nightly else _SIM if one.slow else ())
+                   holds, one, tier=_NIGHTLY if one.nightly else _SIM)
              for words, same in alike.items() for one in same]
     tests += [_case("reaches", words, reaches, same[0], min(one.cycles or cycles for one in same),
                     tier=_NIGHTLY if covers_nightly or index > 0 or all(one.nightly for one in same) else _SIM)

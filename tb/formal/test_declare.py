@@ -7,6 +7,8 @@ from tb.formal.bench import Bench
 from tb.formal.declare import Claim, Control, declare
 from tb.formal.prove import FOLDER, prove
 
+pytestmark = pytest.mark.sim
+
 
 def counts(m, bench, dut, most):
     """A counter that a free signal stops."""
@@ -38,7 +40,7 @@ def test_a_declaration_without_a_part_is_refused(missing, given):
         cases_of(**given)
 
 
-@pytest.mark.parametrize("engine", [pytest.param(None, marks=pytest.mark.sim), "abc bmc3"])
+@pytest.mark.parametrize("engine", [None, "abc bmc3"])
 def test_a_cover_must_be_reached_within_the_claims_cycles(engine):
     cases_of(claims=[Claim(cycles=4)], engine=engine)["reaches"]()
     with pytest.raises(AssertionError):

@@ -25,8 +25,6 @@ SMALL = {
     "round_robin": lambda: Arbiter(2, count=3),
     "longest_waiting": lambda: Arbiter(2, count=3, policy=ArbiterPolicy.LONGEST_WAITING),
 }
-# A commit proves their grants and the order of their items, in `test_arbiter`.
-ARBITERS = ("round_robin", "longest_waiting")
 ICU = PRESETS["tiny"].replace({"icu.rays": 64, "icu.side_bits": 6, "icu.slots": 16, "icu.settle_bits": 4,
                                "icu.settle_fraction": 2, "icu.patch_bits": 8, "icu.generation_bits": 1})
 # Blocks of the intersection unit with a stream that can wait.
@@ -52,8 +50,8 @@ def make(name="queue"):
 
 
 test_rules = declare(
-    make, cycles=10, claims=[*(Claim(name=name, unbounded=True, slow=name in ARBITERS) for name in (*SMALL, *CHECK)),
-                             *(Claim(name=name, slow=True) for name in BLOCKS)],
+    make, cycles=10, claims=[*(Claim(name=name, unbounded=True) for name in (*SMALL, *CHECK)),
+                             *(Claim(name=name) for name in BLOCKS)],
     controls={
         "takes an offer back": Control("withdrawn", {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid}),
         "changes an offer": Control("changed", {"o__payload": lambda dut: dut.o.payload ^ dut.i.payload}),
@@ -61,7 +59,7 @@ test_rules = declare(
     })
 
 test_rules_of_the_memory_engines = declare(
-    make, cycles=14, engine="abc bmc3", covers_nightly=True, claims=[Claim(name=name, slow=True) for name in ENGINES],
+    make, cycles=14, engine="abc bmc3", covers_nightly=True, claims=[Claim(name=name) for name in ENGINES],
     controls={f"the {name} withdraws an answer": Control(
         "withdrawn", {"o__valid": lambda dut: dut.o.valid & ~dut.i.valid}, name=name, nightly=name == "write_engine")
         for name in ENGINES})
@@ -73,6 +71,6 @@ def make_blind(name="queue", wrong=None):
 
 
 test_offers_do_not_depend_on_ready = declare(
-    make_blind, cycles=6, claims=[Claim(name=name, slow=name in ("fork", *ARBITERS)) for name in (*SMALL, *GATE)],
+    make_blind, cycles=6, claims=[Claim(name=name) for name in (*SMALL, *GATE)],
     controls={"offers when it is taken": Control(
         "blind", wrong={"o__valid": lambda dut: dut.o.valid & dut.o.ready})})

@@ -5,7 +5,6 @@ from amaranth.lib.wiring import In
 from hw.icu.patch_queue import PatchQueue
 from tb.lib.bench import Bench, Vectors
 from tb.lib.responder import responder
-from tb.lib.runner import IN_A_COMMIT
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.stages import Elastic, Gate, passage
 
@@ -34,7 +33,6 @@ class TestPatchQueue(Bench):
     """Every vertex comes out with its slot and index; the first one of a patch when a slot is free."""
 
     component, changes, variants, splits = Slotted, {"icu.slots": SLOTS}, ({},), False
-    simulators = IN_A_COMMIT
     # Until all slots are free.
     idle_limit = 100
 

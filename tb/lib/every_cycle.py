@@ -16,7 +16,7 @@ __all__ = []
 @cocotb.test()
 async def every_cycle(dut):
     """All outputs are the model's in each cycle."""
-    module, name = options()["bench"]
+    module, name = getattr(dut, "bench", None) or options()["bench"]
     bench = getattr(importlib.import_module(module), name)()
     config = bench.config()
     table = Table(bench, bench.make(config), config, options()["seed"])

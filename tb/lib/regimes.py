@@ -27,7 +27,7 @@ class _Run:
     """A declared testbench in the simulator."""
 
     def __init__(self, dut):
-        module, name = options()["bench"]
+        module, name = getattr(dut, "bench", None) or options()["bench"]
         self.bench = getattr(importlib.import_module(module), name)()
         self.config = self.bench.config()
         self.component = self.bench.make(self.config)

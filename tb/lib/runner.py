@@ -29,7 +29,6 @@ from tb.lib.seed import IS_DRAWN, SEED
 __all__ = [
     "BUILD",
     "ICARUS",
-    "IN_A_COMMIT",
     "SIMULATORS",
     "SLOW_IN_ICARUS",
     "Run",
@@ -57,10 +56,9 @@ _MAKE = (f"-j2 -- OPT_FAST={_QUICK} OPT_SLOW=-O0 OPT_GLOBAL={_QUICK} "
          "CFG_CXXFLAGS_PCH=-fsyntax-only VK_PCH_I_FAST=-includeVtop__pch.h VK_PCH_I_SLOW=-includeVtop__pch.h")
 # What a run needs of a build.
 _PROGRAM = {"verilator": "top", "icarus": "sim.vvp"}
-# For `pytest.mark.parametrize`. A commit's tests have a case in Verilator where a testbench has `IN_A_COMMIT`.
+# For `pytest.mark.parametrize`. `tb/lib/test_joint.py` has what a commit's tests run in Verilator.
 ICARUS = pytest.param("icarus", marks=[pytest.mark.icarus, pytest.mark.sim])
 SIMULATORS = [pytest.param("verilator", marks=pytest.mark.sim), ICARUS]
-IN_A_COMMIT = ["verilator", ICARUS]
 # Of testbenches that take Icarus more than some ten seconds.
 SLOW_IN_ICARUS = [SIMULATORS[0], pytest.param("icarus", marks=[pytest.mark.icarus, pytest.mark.nightly])]
 

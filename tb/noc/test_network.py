@@ -66,6 +66,7 @@ LARGE = [("mesh", 4, 4, 1, 1, 32, 8, "round-robin", 2), ("mesh", 4, 4, 4, 1, 72,
          ("mesh", 8, 8, 1, 1, 32, 8, "round-robin", 2)]
 
 
+@pytest.mark.sim
 def test_every_flit_in_its_cycle():
     check(*RING, simulator="verilator", flits=200)
 

@@ -25,6 +25,7 @@ from radiosity.flow.package.example.image_words import words
 from tb.golden.engine.schedule.scenes import case
 from tb.system.connections import Connections
 
+pytestmark = pytest.mark.sim
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})
 UNITS = ("MemorySystem", "IntersectionUnit", "TraversalUnit")
 BLOCKS = ("Registers", "JobControl", "MainMemoryPort", "CompletionWriter", "DescriptorFetch", "JobDispatch",

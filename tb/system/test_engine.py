@@ -191,6 +191,7 @@ class Requests:
 PHASES = (0.3, 0, 2), (0.5, 0, 4), (0.5, 6, 4)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_each_policy_hits_and_misses_as_golden(clusters):
     """One cluster opens its cells in golden's order. With large cells it has all lists, so its patches come in golden's

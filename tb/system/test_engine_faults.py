@@ -63,6 +63,7 @@ def test_malformed_descriptors_harm_nobody(clusters):
         machine.right()
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_a_section_larger_than_the_ray_memory(clusters):
     job = planned(clusters, cornell(clusters, points=(5, 6), rays=(64, 32)))
@@ -108,6 +109,7 @@ def broken_images(image):
         "PATH_RESIDENCE")
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_images_that_are_wrong(clusters):
     """In one job a load of each of them, a frustum, a load of what is right, a frustum."""
@@ -128,6 +130,7 @@ def test_images_that_are_wrong(clusters):
         machine.right(errors)
 
 
+@pytest.mark.sim
 @TWO_CLUSTERS
 def test_a_patch_that_the_cluster_named_for_it_has_not():
     """The sections that request it end with an error; those that the named cluster casts are right."""
@@ -153,6 +156,7 @@ def test_a_patch_that_the_cluster_named_for_it_has_not():
         machine.right()
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_tables_that_change_after_their_load(clusters):
     """Records of cells and lists in main memory that do not fit a cluster, and near cells."""
@@ -178,6 +182,7 @@ def test_tables_that_change_after_their_load(clusters):
         sound(machine)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_memory_that_refuses(clusters):
     """What one descriptor reads or writes; then a region that a load reads."""
@@ -203,6 +208,7 @@ def test_memory_that_refuses(clusters):
         sound(machine)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 @pytest.mark.parametrize("ring", ["ring", "completions"])
 def test_rings_that_memory_refuses(clusters, ring):
@@ -225,6 +231,7 @@ def test_rings_that_memory_refuses(clusters, ring):
         sound(machine)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_a_run_whose_records_cannot_be_written_is_an_error(clusters):
     """Soon, and with the record's number; of an earlier error with that, and with the number."""
@@ -244,6 +251,7 @@ def test_a_run_whose_records_cannot_be_written_is_an_error(clusters):
         sound(machine)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_accesses_outside_the_windows(clusters):
     """Of one section's results, of near cells, and of an image."""
@@ -268,6 +276,7 @@ def test_accesses_outside_the_windows(clusters):
         sound(machine)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_windows_rewritten_while_they_are_used(clusters):
     """The host rewrites them and the ring's registers, word by word, to any value: they are taken over in a halt."""
@@ -321,6 +330,7 @@ def test_commands_that_are_refused(clusters):
         sound(machine)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 @pytest.mark.parametrize("muted", ["reads", "writes"])
 def test_memory_that_does_not_answer(clusters, muted):
@@ -347,7 +357,7 @@ def test_memory_that_does_not_answer(clusters, muted):
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-@pytest.mark.parametrize("cycles", [300, 4000, 6000, 9000])
+@pytest.mark.parametrize("cycles", [4000, *(pytest.param(other, marks=pytest.mark.sim) for other in (300, 6000, 9000))])
 def test_a_stop_aborts_what_is_in_flight_and_the_queue_resumes(clusters, cycles):
     job = planned(clusters, cornell(clusters, points=POINTS))
     with JobMachine(job) as machine:
@@ -363,6 +373,7 @@ def test_a_stop_aborts_what_is_in_flight_and_the_queue_resumes(clusters, cycles)
         machine.check(np.array(records), aborted)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_the_watchdog_ends_what_takes_too_long_and_nothing_else(clusters):
     job = planned(clusters, cornell(clusters, points=POINTS))
@@ -397,6 +408,7 @@ def test_the_watchdog_ends_what_takes_too_long_and_nothing_else(clusters):
         sound(machine)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("clusters", CLUSTERS)
 def test_resets_at_any_time(clusters):
     """Of machine and memory together."""

@@ -66,6 +66,7 @@ def test_hits_and_sums_are_golden(job, expected):
             assert machine.port.written_beats >= sum(map(len, expected.expected.memory.values())) // beat
 
 
+@pytest.mark.sim
 @TWO_CLUSTERS
 def test_latency_costs_cycles_and_the_seed_repeats_them(job, expected):
     def cycles(**memory):

@@ -113,7 +113,7 @@ def fault(breaks, right, wrong, *, nightly=False, **options):
 # A deferred request leaves in cycle 31 at the earliest.
 test_grid_ray_memory = declare(
     make, cycles=20, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(slow=True), Claim(only="order", cycles=22, slow=True), Claim(slots=1, cycles=33, nightly=True)],
+    claims=[Claim(), Claim(only="order", cycles=22), Claim(slots=1, cycles=33, nightly=True)],
     controls={
         "a ray leaves while another one of its slot is absent": fault(
             "alone", '(access.kind == _Kind.REQUEST) & ~state["away"])', "access.kind == _Kind.REQUEST)",

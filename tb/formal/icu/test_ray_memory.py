@@ -74,7 +74,7 @@ def make(kind=RayMemory, generations=Generations):
 
 
 test_ray_memory = declare(
-    make, cycles=24, engine="abc bmc3", covers_nightly=True, claims=[Claim(slow=True)],
+    make, cycles=24, engine="abc bmc3", covers_nightly=True, claims=[Claim()],
     controls={
         "a tag is not compared": Control("won", kind=source_fault(
             RayMemory, "nearer = (old.generation != operand.row.generation) | (new_key > old_key)",

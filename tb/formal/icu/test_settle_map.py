@@ -7,7 +7,7 @@ from hw.icu.icu_tables import scale
 from hw.icu.settle_map import SettleMap
 from hw.lib.generations import Generations
 from tb.formal.bench import Bench, transfers
-from tb.formal.declare import Claim, Control, declare
+from tb.formal.declare import Control, declare
 from tb.formal.source_fault import source_fault, with_parts
 from tb.formal.stream_rules import add_rules
 
@@ -94,7 +94,7 @@ def faulty(right, wrong):
 
 
 test_settle_map = declare(
-    make, cycles=26, engine="abc bmc3", covers_nightly=True, claims=[Claim(slow=True)], controls={
+    make, cycles=26, engine="abc bmc3", covers_nightly=True, controls={
         "a tag is not compared": Control("too large", kind=faulty("(tag == generations.generation)", "(tag == tag)")),
         "other rays of a word keep their codes": Control(
             "too large", kind=faulty("(mine | made.written)", "mine"), nightly=True),

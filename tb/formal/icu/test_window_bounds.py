@@ -82,7 +82,7 @@ def _add_settle_map(m, dut):
 test_window_bounds = declare(
     lambda section=SECTIONS[0]: Bench(within_the_section, IcRayGenerator(config=CONFIG), given=section),
     cycles=24, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(section=None, cycles=18, slow=True), Claim(section=SECTIONS[0], slow=True),
+    claims=[Claim(section=None, cycles=18), Claim(section=SECTIONS[0]),
             *(Claim(section=section, nightly=True) for section in SECTIONS[1:])],
     controls={
         "a row beyond the section": Control(

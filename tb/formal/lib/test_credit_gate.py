@@ -26,7 +26,7 @@ def bounded(m, bench, dut, credits):
 
 test_credit_gate = declare(
     lambda credits=3, real=None: Bench(bounded, CreditGate(2, credits=real or credits), credits=credits),
-    cycles=8, claims=[Claim(credits=credits, unbounded=True, slow=credits in (2, 4)) for credits in (1, 2, 3, 4)],
+    cycles=8, claims=[Claim(credits=credits, unbounded=True) for credits in (1, 2, 3, 4)],
     controls={
         "one credit too many": Control("credits", real=4),
         "offers without a credit": Control("valid", {"o__valid": lambda dut: dut.i.valid}),

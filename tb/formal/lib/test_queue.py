@@ -19,7 +19,7 @@ def order_and_count(m, bench, dut, depth):
 
 test_queue = declare(
     lambda depth=3, real=None: Bench(order_and_count, Queue(SHAPE, depth=real or depth), depth=depth),
-    cycles=14, claims=[Claim(depth=depth, unbounded=True, slow=depth > 3) for depth in (1, 2, 3, 4, 5)],
+    cycles=14, claims=[Claim(depth=depth, unbounded=True) for depth in (1, 2, 3, 4, 5)],
     controls={
         "is ready when full": Control("ready", {"i__ready": lambda dut: 1}),
         "delivers an item twice": Control(

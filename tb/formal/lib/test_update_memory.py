@@ -62,7 +62,7 @@ def make(depth=3, kind=UpdateMemory):
 
 
 test_update_memory = declare(
-    make, cycles=14, claims=[Claim(depth=2), Claim(depth=3, slow=True)],
+    make, cycles=14, claims=[Claim(depth=2), Claim(depth=3)],
     controls={
         **{f"does not look {ahead} items ahead": Control("old", kind=blind(ahead), nightly=ahead > 1)
            for ahead in (1, 2, 3, 4)},

@@ -14,7 +14,7 @@ from tb.axi.axi_lite_protocol import AxiLiteProtocol
 from tb.axi.axi_protocol import AxiProtocol
 from tb.axi.protocol_checker import ProtocolChecker
 from tb.formal.bench import Bench
-from tb.formal.declare import Claim, Control, declare
+from tb.formal.declare import Control, declare
 from tb.formal.source_fault import source_fault, with_parts
 from tb.formal.stream_rules import add_rules
 
@@ -80,7 +80,7 @@ EXPECTED = "expected = (accepted > unaddressed) &"
 # In the nightly the covers: that the control of a commit fails needs two beats written.
 test_manager_port = declare(
     lambda kind=MainMemoryPort: Bench(manager, kind(config=CONFIG, tag=1), protocol=AxiProtocol(CONFIG)),
-    cycles=18, engine=ENGINE, covers_nightly=True, claims=[Claim(slow=True)], controls={
+    cycles=18, engine=ENGINE, covers_nightly=True, controls={
         "last beat marked early": Control("w_last", {"axi__wlast": lambda dut: dut.axi.wvalid}),
         "one id": Control("ar_id", {"axi__arid": lambda dut: 0}, nightly=True),
         "across a page": Control("ar_page", {"axi__araddr": lambda dut: dut.axi.araddr ^ 8}, nightly=True),
@@ -103,7 +103,7 @@ test_manager_port = declare(
     })
 test_registers = declare(
     lambda: Bench(subordinate, Registers(TABLE, address_bits=ADDRESS_BITS), protocol=AxiLiteProtocol(ADDRESS_BITS)),
-    cycles=10, claims=[Claim(slow=True)], controls={
+    cycles=10, controls={
         "answers without data": Control("b_due", {"host__bvalid": lambda dut: dut.host.bvalid | ~dut.host.awready}),
         "answers again": Control("r_due", {"host__rvalid": lambda dut: dut.host.rvalid | dut.go.valid}, nightly=True),
         "data change": Control("r_stable", {"host__rdata": lambda dut: dut.host.rdata ^ dut.go.valid}, nightly=True),

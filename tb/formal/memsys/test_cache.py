@@ -144,7 +144,7 @@ def make(kind=Anywhere, policy=CachePolicy.LFU, lines=2):
 # Enough for an invalidation between requests, and for a hit after it, with a placement that answers at once.
 test_cache = declare(
     make, cycles=14, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(slow=True), Claim(cycles=16, nightly=True),
+    claims=[Claim(), Claim(cycles=16, nightly=True),
             # Their placements take longer to a hit.
             *(Claim(kind=Narrow, policy=policy, lines=lines, cycles=cycles, nightly=True) for policy, lines, cycles in (
                 (CachePolicy.DIRECT, 2, 17), (CachePolicy.LRU, 4, 17), (CachePolicy.LFU, 2, 19)))],

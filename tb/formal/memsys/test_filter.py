@@ -75,7 +75,7 @@ def make(kind=Filter, generation_bits=1):
 test_filter = declare(
     make, cycles=22, engine="abc bmc3", covers_nightly=True,
     # With tags of one bit each generation needs a sweep, with two bits the second one needs none.
-    claims=[Claim(slow=True), Claim(generation_bits=2, nightly=True), Claim(cycles=28, nightly=True)],
+    claims=[Claim(), Claim(generation_bits=2, nightly=True), Claim(cycles=28, nightly=True)],
     controls={
         "does not see the number in front": Control("first", kind=with_parts(Filter, UpdateMemory=Blind)),
         "begins while numbers are inside": Control("start", generation_bits=2, kind=source_fault(

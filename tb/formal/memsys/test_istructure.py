@@ -282,7 +282,7 @@ test_one_location = declare(
               for (access, to), breaks in PAIRS.items()})
 test_with_the_store = declare(
     make, cycles=16, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(), Claim(depth=4, deferred=4, cycles=19, slow=True)],
+    claims=[Claim(), Claim(depth=4, deferred=4, cycles=19)],
     controls={
         "answers before the write": Control(
             "early", {"o_read__valid": lambda dut: dut.o_read.valid | (dut.waiting == 2)}),

@@ -143,7 +143,7 @@ FIRST = {breaks: fault for fault, (breaks, *_) in reversed(FAULTS.items())}
 # A late answer needs more cycles, and is proved alone.
 test_renewals = declare(
     make, cycles=19, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(slow=True), Claim(only="late", cycles=26, slow=True), Claim(only="order", cycles=22, nightly=True),
+    claims=[Claim(), Claim(only="late", cycles=26), Claim(only="order", cycles=22, nightly=True),
             Claim(depth=4, deferred=3, cycles=21, nightly=True)],
     controls={fault: Control(breaks, kind=source_fault(IStructure, right, wrong),
                              nightly=fault not in FIRST.values()) for fault, (breaks, right, wrong) in FAULTS.items()})

@@ -77,7 +77,7 @@ class Generous(CreditGate):
 
 test_local_bus_interface = declare(
     lambda kind=LocalBusInterface: Bench(nothing_lost, kind(config=CONFIG)), cycles=14, engine="abc bmc3",
-    covers_nightly=True, claims=[Claim(slow=True), Claim(cycles=30, nightly=True)],
+    covers_nightly=True, claims=[Claim(), Claim(cycles=30, nightly=True)],
     controls={
         "one credit too many": Control("CELL inside", kind=with_parts(LocalBusInterface, CreditGate=Generous)),
         "of both that are lost the cell's number": Control("PATCH number", {

@@ -110,7 +110,7 @@ def bursts_of_requests(m, bench, dut):
 test_reads = declare(
     lambda silent=False: Bench(reads_answered, ReadEngine(config=CONFIG, tag=TAG), silent=silent),
     cycles=12, engine=ENGINE, covers_nightly=True,
-    claims=[Claim(slow=True), Claim(silent=True, cycles=LIMIT + 4, nightly=True)],
+    claims=[Claim(), Claim(silent=True, cycles=LIMIT + 4, nightly=True)],
     controls={
         "a beat too many": Control("requested", {"o__valid": lambda dut: dut.o.valid | transfers(dut.i)}),
         "another tag": Control(
@@ -123,7 +123,7 @@ test_writes = declare(
     lambda silent=False, **more: Bench(writes_answered, WriteEngine(config=CONFIG, tag=TAG), silent=silent, **more),
     # The rest holds whatever memory answers; all at once does not end in 24 cycles.
     cycles=12, engine=ENGINE, covers_nightly=True,
-    claims=[Claim(slow=True), Claim(silent=True, cycles=24, only="progress")],
+    claims=[Claim(), Claim(silent=True, cycles=24, only="progress")],
     controls={
         "a shorter limit": Control("progress", silent=True, limit=WRITE_LIMIT - 1),
         "waits for an answer without end": Control(

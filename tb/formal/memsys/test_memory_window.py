@@ -3,7 +3,7 @@ from amaranth.hdl import Assert, Assume, Cover, Signal
 from golden.engine.config import PRESETS
 from hw.memsys.port.main_memory_port import MainMemoryPort
 from tb.formal.bench import Bench
-from tb.formal.declare import Claim, Control, declare
+from tb.formal.declare import Control, declare
 from tb.formal.stream_rules import add_rules
 
 # Bursts of two beats, requests of up to four, pages of 4096 bytes among 65536.
@@ -37,7 +37,7 @@ def within_the_window(m, bench, dut):
 
 test_memory_window = declare(
     lambda: Bench(within_the_window, MainMemoryPort(config=CONFIG, tag=1)), cycles=12, engine="abc bmc3",
-    claims=[Claim(slow=True)], covers_nightly=True, controls={
+    covers_nightly=True, controls={
         "reads a beat more": Control("ar ends", {"axi__arlen": lambda dut: dut.axi.arlen + (dut.axi.araddr[LOW + 1])}),
         "reads one after it": Control("ar ends", {"axi__araddr": lambda dut: dut.axi.araddr + 8}, nightly=True),
         "writes in front of it": Control("aw begins", {"axi__awaddr": lambda dut: dut.axi.awaddr ^ 0x8000}),

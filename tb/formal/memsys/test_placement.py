@@ -122,7 +122,7 @@ def of_counts(lines=2, count_bits=2, alter=lambda hit, line: (hit, line)):
 
 test_sets = declare(
     of_sets, cycles=18, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(direct=direct, slow=True) for direct in (0, 1)],
+    claims=[Claim(direct=direct) for direct in (0, 1)],
     controls={
         "does not see the request in front": Control("hit", kind=with_parts(SetPlacement, UpdateMemory=Blind)),
         "least recently used instead of direct": Control("line", direct=0, taken_for=1),
@@ -132,7 +132,7 @@ test_sets = declare(
     })
 test_counts = declare(
     of_counts, cycles=28, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(lines=2, slow=True),
+    claims=[Claim(lines=2),
             *(Claim(lines=lines, cycles=34, nightly=True) for lines in (2, 4))],
     controls={
         "counters of another width": Control("line", count_bits=3, nightly=True),

@@ -63,7 +63,7 @@ def make(policy=ArbiterPolicy.ROUND_ROBIN):
 
 test_network = declare(
     make, cycles=14, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(slow=True), *(Claim(policy=policy, cycles=20, nightly=True) for policy in ArbiterPolicy)],
+    claims=[Claim(), *(Claim(policy=policy, cycles=20, nightly=True) for policy in ArbiterPolicy)],
     controls={
         "a flit to the wrong node": Control(
             "node", {"o__1__payload": lambda dut: dut.o[1].payload.as_value() ^ dut.o[0].valid}),

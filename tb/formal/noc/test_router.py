@@ -118,7 +118,7 @@ def make_bounded(where="interior", policy=IN_TURN, router_cycles=2, limit=None, 
 
 test_credits = declare(
     make, cycles=10, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(router_cycles=1, cycles=8), Claim(router_cycles=2, slow=True), *(
+    claims=[Claim(router_cycles=1, cycles=8), Claim(router_cycles=2), *(
         Claim(where=where, policy=policy, router_cycles=cycles, cycles=14 if cycles == 2 else 12, nightly=True)
         for where in NETWORKS for policy in ArbiterPolicy for cycles in (1, 2))],
     controls={
@@ -132,7 +132,7 @@ test_credits = declare(
     })
 test_progress = declare(
     make_bounded, cycles=16, engine="abc bmc3", covers_nightly=True,
-    claims=[Claim(policy=policy, slow=True) for policy in ArbiterPolicy] + [
+    claims=[Claim(policy=policy) for policy in ArbiterPolicy] + [
         Claim(where=where, policy=policy, router_cycles=cycles, nightly=True) for where, policy, cycles in LIMITS],
     controls={
         "a shorter bound in turn": Control("progress", limit=LIMITS["interior", IN_TURN, 2] - 1),

@@ -9,7 +9,6 @@ from golden.engine.memsys.patches.filter import Filter as GoldenFilter
 from golden.engine.stimulus import block
 from hw.memsys.patches.filter import Filter
 from tb.lib.bench import Bench, Vectors
-from tb.lib.runner import IN_A_COMMIT
 from tb.lib.schedules import ScheduleBench
 from tb.memsys.started import PAUSE, started
 
@@ -37,7 +36,6 @@ def passing(given):
 
 class TestFilter(Bench):
     variants = ({},)
-    simulators = IN_A_COMMIT
 
     def make(self, config):
         return make()
