@@ -7,11 +7,13 @@ from amaranth.lib.wiring import In, Out
 from golden.engine.config import Config
 from hw.formats import Formats
 from hw.lib.checks import claim
+from hw.lib.start_all import StartAll
 
 __all__ = ["SectionCast"]
 
 # Patches in the intersection unit, more than its capacity.
 PATCHES = 1023
+# Units behind cell traversal, which begin before it, and those that feed them.
 _UNITS = ("memory", "intersection", "traversal", "near")
 
 
@@ -83,17 +85,9 @@ class SectionCast(wiring.Component):
         claim(m, ~self.leaves | (patches != 0), "a patch that is done has entered")
         claim(m, ~self.enters | (patches != PATCHES), f"at most {PATCHES} patches are in flight")
         m.d.comb += [self.idle.eq(self.drained & (patches == 0)), self.busy.eq(1)]
-        # Registered: nets to the units are long.
-        starts = {name: Signal(name=f"starts_{name}") for name in _UNITS}
-        for name, start in starts.items():
-            unit = getattr(self, f"o_{name}")
-            m.d.comb += unit.valid.eq(start)
-            with m.If(unit.ready):
-                m.d.sync += start.eq(0)
-
-        def start(*names):
-            m.d.sync += [starts[name].eq(1) for name in names]
-
+        m.submodules.behind, m.submodules.before = behind, before = StartAll(count=2), StartAll(count=2)
+        for start, name in zip((*behind.o, *before.o), _UNITS, strict=True):
+            wiring.connect(m, start, wiring.flipped(getattr(self, f"o_{name}")))
         with m.If(self.ends):
             m.d.sync += over.eq(1)
         m.d.comb += self.free.eq(~self.i.valid & (over | (self.closed & self.drained) | ~self.busy))
@@ -102,16 +96,17 @@ class SectionCast(wiring.Component):
             with m.State("Wait"):
                 m.d.comb += self.busy.eq(0)
                 with m.If(self.i.valid & known):
-                    m.d.comb += [self.busy.eq(1), self.begins.eq(1)]
+                    m.d.comb += [self.busy.eq(1), self.begins.eq(1), behind.i.valid.eq(1)]
                     m.d.sync += [over.eq(0), self.cycles.eq(0)]
-                    start("memory", "intersection")
                     m.next = "Begin"
-            with m.State("Begin"), m.If(~starts["memory"] & ~starts["intersection"]):
-                start("traversal", "near")
-                m.next = "Traverse"
-            with m.State("Traverse"), m.If(~starts["traversal"] & ~starts["near"]):
-                m.d.comb += self.i.ready.eq(1)
-                m.next = "Cast"
+            with m.State("Begin"):
+                m.d.comb += [behind.i.valid.eq(1), before.i.valid.eq(behind.i.ready)]
+                with m.If(behind.i.ready):
+                    m.next = "Traverse"
+            with m.State("Traverse"):
+                m.d.comb += [before.i.valid.eq(1), self.i.ready.eq(before.i.ready)]
+                with m.If(before.i.ready):
+                    m.next = "Cast"
             # A cell that leaves together with the final item is counted a cycle later.
             with m.State("Cast"):
                 m.d.sync += settled.eq(over & self.idle)

@@ -14,6 +14,7 @@ from hw.ctu.ray_banks import RayBanks
 from hw.ctu.stage_count import NEAR_STAGE, StageCount, stage_index_bits
 from hw.ctu.survival import Survival
 from hw.lib.skid_buffer import SkidBuffer
+from hw.lib.start_all import StartAll
 
 __all__ = ["COUNTERS", "RayTraversal"]
 
@@ -143,19 +144,17 @@ class RayTraversal(wiring.Component):
 
     def _add_frustum(self, m, *, runs, begins):
         """A frustum begins when survival and the ray memory have begun it."""
-        given, frustum, known = self.i_frustum, Signal(self._formats.traversal_frustum), Signal()
-        blocks = {"survival": self._survival} | ({"memory": self._memory} if self._memory else {})
-        begun = {name: Signal(name=f"{name}_begun") for name in blocks}
-        m.d.comb += given.ready.eq(begins)
-        m.d.sync += begins.eq(known & Cat(begun.values()).all() & ~begins)
-        with m.If(given.valid & ~runs & ~known):
-            m.d.sync += [frustum.eq(given.payload), known.eq(1)]
-        for name, block in blocks.items():
-            m.d.comb += block.i_start.valid.eq(known & ~begun[name])
-            with m.If(block.i_start.valid & block.i_start.ready):
-                m.d.sync += begun[name].eq(1)
+        given, frustum = self.i_frustum, Signal(self._formats.traversal_frustum)
+        blocks = [self._survival, *([self._memory] if self._memory else [])]
+        m.submodules.start = start = StartAll(count=len(blocks))
+        m.d.comb += [start.i.valid.eq(given.valid & ~runs & ~begins), given.ready.eq(begins)]
+        m.d.sync += begins.eq(start.i.ready)
+        with m.If(start.i.valid):
+            m.d.sync += frustum.eq(given.payload)
+        for output, block in zip(start.o, blocks, strict=True):
+            wiring.connect(m, output, block.i_start)
         with m.If(begins):
-            m.d.sync += [known.eq(0), *(one.eq(0) for one in begun.values()), runs.eq(1)]
+            m.d.sync += runs.eq(1)
         m.d.comb += [self._survival.frustum.eq(frustum.frustum), self._survival.runs.eq(runs)]
         # Registered: no ray is there in the first cycle.
         m.d.sync += [self._direction.is_screen.eq(frustum.frustum.is_screen),

@@ -21,6 +21,7 @@ from hw.lib.checks import claim, claim_steps, count_entries
 from hw.lib.event_counters import EventCounters
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
+from hw.lib.start_all import StartAll
 
 __all__ = ["IntersectionUnit"]
 
@@ -136,8 +137,8 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += drained.eq(was_drained & ~begun_patch)
 
         # A frustum begins when both memories have begun it.
-        begins, memory_begins, settle_begins, reads = Signal(), Signal(), Signal(), Signal()
-        may_begin, begun, settle_begun, accepts = Signal(), Signal(), Signal(), Signal()
+        m.submodules.start = start = StartAll(count=2)
+        may_begin, begun, accepts, reads = Signal(), Signal(), Signal(), Signal()
         # Once the banks have been swapped, the active bank is no longer the one that is read out.
         free = begun | ~(read_out.busy & (read_out.bank != memory.active))
         # Registered: the tiles of a section, rounded up to a power of two, are known two cycles after it.
@@ -151,20 +152,16 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [
             settle.tiles.eq(tiles), memory.rays.eq(tiles << 2 * icu.tile_bits),
             # The tiles of the offered frustum are known.
-            may_begin.eq(known[1] & drained & free & ~reads & ~accepts),
-            memory.i_start.valid.eq(begins & ~begun), settle.i_start.valid.eq(begins & ~settle_begun),
-            memory_begins.eq(memory.i_start.valid & memory.i_start.ready),
-            settle_begins.eq(settle.i_start.valid & settle.i_start.ready),
+            may_begin.eq(known[1] & drained & free & ~reads & ~accepts), start.i.valid.eq(may_begin),
             self.i_frustum.ready.eq(accepts)]
+        for output, unit in zip(start.o, (memory, settle), strict=True):
+            wiring.connect(m, output, unit.i_start)
         # Registered, because much logic follows in both memories.
-        has_begun = begins & begun & settle_begun
-        m.d.sync += [begins.eq(may_begin & ~has_begun), accepts.eq(has_begun)]
-        with m.If(memory_begins):
+        m.d.sync += accepts.eq(start.i.ready)
+        with m.If(memory.i_start.valid & memory.i_start.ready):
             m.d.sync += begun.eq(1)
-        with m.If(settle_begins):
-            m.d.sync += settle_begun.eq(1)
         with m.If(accepts):
-            m.d.sync += [frustum.eq(self.i_frustum.payload), has_frustum.eq(1), begun.eq(0), settle_begun.eq(0)]
+            m.d.sync += [frustum.eq(self.i_frustum.payload), has_frustum.eq(1), begun.eq(0)]
 
         # Table entries are registered: their memories are far from the port.
         table, is_written, entry = self.i_table, Signal(), Signal(formats.table_write, reset_less=True)
@@ -222,7 +219,7 @@ class IntersectionUnit(wiring.Component):
         # Read-out and sums.
         wiring.connect(m, wiring.flipped(self.i_settle), settle.i_read)
         wiring.connect(m, settle.o_read, wiring.flipped(self.o_settle))
-        is_readable = has_frustum & drained & read_now & ~may_begin & ~begins
+        is_readable = has_frustum & drained & read_now & ~may_begin
         m.d.sync += reads.eq(self.i_read_out.valid & is_readable & read_out.i.ready & ~reads)
         m.d.comb += [
             read_out.i.valid.eq(reads), self.i_read_out.ready.eq(reads), read_out.i.payload.bank.eq(memory.active),

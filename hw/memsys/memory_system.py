@@ -14,6 +14,7 @@ from hw.lib.checks import claim
 from hw.lib.first_fault import FirstFault
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
+from hw.lib.start_all import StartAll
 from hw.memsys.patches.cell_table import CellTable
 from hw.memsys.patches.filter import Filter
 from hw.memsys.patches.local_bus_interface import LocalBusInterface
@@ -247,16 +248,11 @@ class MemorySystem(wiring.Component):
 
     def _add_start(self, m, units):
         """A frustum's beginning: all units that hold something of before empty at the same time."""
-        # Registered: the units are far from the beginning of a frustum.
-        begins, starts = Signal(), Signal(len(units))
-        m.d.comb += self.i_start.ready.eq(begins & ~starts.any())
-        m.d.sync += begins.eq(self.i_start.valid & (begins | self.drained) & ~self.i_start.ready)
-        for start, (one, _) in zip(starts, units, strict=True):
-            m.d.comb += one.valid.eq(start)
-            with m.If(one.ready):
-                m.d.sync += start.eq(0)
-        with m.If(self.i_start.valid & self.drained & ~begins):
-            m.d.sync += starts.eq(Cat(is_old for _, is_old in units))
+        m.submodules.start = start = StartAll(count=len(units))
+        m.d.comb += [start.i.valid.eq(self.i_start.valid & self.drained), self.i_start.ready.eq(start.i.ready),
+                     start.which.eq(Cat(is_old for _, is_old in units))]
+        for output, (unit, _) in zip(start.o, units, strict=True):
+            wiring.connect(m, output, unit)
 
     @staticmethod
     def _route_cells(m, found, own, bus):
