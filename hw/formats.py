@@ -10,8 +10,10 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from golden.engine.config import Config
 from golden.engine.lib.fixed import Format
 
-__all__ = ["Formats", "shape"]
+__all__ = ["VERTICES", "Formats", "shape"]
 
+# Of a patch.
+VERTICES = 4
 # Bits of the number of a surface and of the number of a cell in a memory image.
 SURFACE_BITS, CELL_BITS = 32, 24
 

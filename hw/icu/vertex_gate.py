@@ -5,11 +5,10 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
+from hw.formats import VERTICES
 from hw.icu.icu_formats import IcuFormats
 
-__all__ = ["VERTICES", "VertexGate"]
-
-VERTICES = 4
+__all__ = ["VertexGate"]
 
 
 class VertexGate(wiring.Component):

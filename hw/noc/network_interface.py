@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.formats import Formats
+from hw.formats import VERTICES, Formats
 from hw.lib.credit_gate import CreditGate
 from hw.lib.queue import Queue
 from hw.lib.validate import check_integer
@@ -14,7 +14,7 @@ from hw.noc.flit import link
 from hw.noc.link_receiver import LinkReceiver
 from hw.noc.link_sender import LinkSender
 from hw.noc.network_fault import NetworkFault
-from hw.noc.noc_tables import CHECK_BITS, VERTICES, Routing
+from hw.noc.noc_tables import CHECK_BITS, Routing
 from hw.noc.packer import Packer
 from hw.noc.packet_headers import packet_headers
 from hw.noc.unpacker import Unpacker

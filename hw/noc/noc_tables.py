@@ -3,9 +3,9 @@
 Components of this folder import them from here only, so that this is the list of what both must agree on.
 """
 
-from golden.engine.noc.packing import CHECK_BITS, VERTICES, check
+from golden.engine.noc.packing import CHECK_BITS, check
 from golden.engine.noc.reach import reach
 from golden.engine.noc.routing import Routing, check_deadlock_free, route
 from golden.engine.noc.topology import LOCAL
 
-__all__ = ["CHECK_BITS", "LOCAL", "VERTICES", "Routing", "check", "check_deadlock_free", "reach", "route"]
+__all__ = ["CHECK_BITS", "LOCAL", "Routing", "check", "check_deadlock_free", "reach", "route"]

@@ -1,4 +1,5 @@
-from hw.icu.vertex_gate import VERTICES, VertexGate
+from hw.formats import VERTICES
+from hw.icu.vertex_gate import VertexGate
 from tb.lib.bench import Bench
 
 

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.formats import Formats
+from hw.formats import VERTICES, Formats
 from hw.lib.arbiter import Arbiter
 from hw.lib.checks import claim
 from hw.lib.credit_gate import CreditGate
@@ -14,8 +14,6 @@ from hw.lib.queue import Queue
 from hw.memsys.patches.path_formats import BEATS, PathFormats, RequestKind
 
 __all__ = ["LocalBusInterface"]
-
-VERTICES = BEATS - 1
 
 
 class LocalBusInterface(wiring.Component):

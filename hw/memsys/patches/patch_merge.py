@@ -5,13 +5,11 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.formats import Formats
+from hw.formats import VERTICES, Formats
 from hw.lib.longest_waiting import LongestWaiting
 from hw.lib.validate import check_integer
 
 __all__ = ["PatchMerge"]
-
-VERTICES = 4
 
 
 class PatchMerge(wiring.Component):

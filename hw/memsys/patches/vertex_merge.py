@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.formats import Formats
+from hw.formats import VERTICES, Formats
 from hw.lib.checks import count_entries
 from hw.lib.count_up_down import count_up_down
 from hw.lib.longest_waiting import LongestWaiting
@@ -13,8 +13,6 @@ from hw.lib.queue import Queue
 from hw.lib.validate import check_integer
 
 __all__ = ["VertexMerge"]
-
-VERTICES = 4
 
 
 class VertexMerge(wiring.Component):

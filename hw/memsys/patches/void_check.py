@@ -5,11 +5,9 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.formats import Formats
+from hw.formats import VERTICES, Formats
 
 __all__ = ["VoidCheck"]
-
-VERTICES = 4
 
 
 class VoidCheck(wiring.Component):

@@ -6,6 +6,7 @@ from golden.engine.config import Config
 from hw.control.section_cast import SectionCast
 from hw.ctu.ray_traversal import RayTraversal
 from hw.ctu.stage_count import LATENCY
+from hw.formats import VERTICES
 from hw.icu.intersection_pipeline import IntersectionPipeline
 from hw.icu.patch_setup import PatchSetup
 from hw.icu.ray_issue import RayIssue
@@ -13,7 +14,6 @@ from hw.icu.ray_memory import RayMemory
 from hw.icu.settle_map import SettleMap
 from hw.icu.window_walk import WindowWalk
 from hw.memsys.memory_system import CELL_QUEUE, PATCH_QUEUE, REQUEST_QUEUE, MemorySystem
-from hw.memsys.patches.vertex_merge import VERTICES
 from radiosity.machines.engine.cluster_timing import ClusterTiming
 
 __all__ = ["cluster_timing"]

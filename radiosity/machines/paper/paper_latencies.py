@@ -4,13 +4,13 @@ from functools import cache
 
 from golden.engine.config import Config
 from hw.ctu.ray_traversal import RayTraversal
+from hw.formats import VERTICES
 from hw.icu.intersection_pipeline import IntersectionPipeline
 from hw.icu.patch_setup import PatchSetup
 from hw.icu.ray_memory import RayMemory
 from hw.memsys.bus.set_placement import SetPlacement
 from hw.memsys.load.image_layout import PATCH_WORDS
 from hw.memsys.patches.local_patch_geometry import LocalPatchGeometry
-from hw.memsys.patches.vertex_merge import VERTICES
 from radiosity.machines.paper.paper_timing import PaperTiming
 
 __all__ = ["paper_timing"]

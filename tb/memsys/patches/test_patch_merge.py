@@ -1,4 +1,5 @@
-from hw.memsys.patches.patch_merge import VERTICES, PatchMerge
+from hw.formats import VERTICES
+from hw.memsys.patches.patch_merge import PatchMerge
 from tb.lib.bench import Bench
 from tb.lib.grants import LongestWaiting
 

@@ -10,7 +10,8 @@ from amaranth.sim import Simulator
 
 from golden.engine.memsys.patches.patch_store import KEPT_OF
 from golden.engine.memsys.patches.patch_store import PatchStore as GoldenStore
-from hw.memsys.patches.patch_store import VERTICES, PatchStore
+from hw.formats import VERTICES
+from hw.memsys.patches.patch_store import PatchStore
 from tb.lib.configurations import config_of
 from tb.lib.timing import documented_latency
 

@@ -4,7 +4,8 @@ from collections import deque
 import pytest
 
 from golden.engine.config import PRESETS
-from hw.memsys.patches.vertex_merge import VERTICES, VertexMerge
+from hw.formats import VERTICES
+from hw.memsys.patches.vertex_merge import VertexMerge
 from tb.lib.bench import Bench
 from tb.lib.grants import LongestWaiting
 

@@ -5,7 +5,8 @@ import numpy as np
 from golden.engine.config import Numbers
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene.builtin import builtin_scene
-from hw.memsys.patches.void_check import VERTICES, VoidCheck
+from hw.formats import VERTICES
+from hw.memsys.patches.void_check import VoidCheck
 from tb.lib.bench import Bench
 
 ZERO = [0, 0, 0]
