@@ -86,6 +86,11 @@ class JobFormats:
         The same with the ``tag`` of its descriptor.
     record
         A completion record that no cluster writes: ``tag``, ``code``, ``cluster``, ``number``, ``begin``, ``end``.
+    in_flight
+        Shape of a number of sections of a cluster in flight.
+    culprit
+        What has caused a reset: ``code``, the ``number`` concerned, and the oldest section of a ``cluster``, its
+        ``newest`` one that has begun, or the load (``is_load``).
     refusal
         ``code``, and the ``number`` concerned.
     """
@@ -107,6 +112,9 @@ class JobFormats:
         self.sent = StructLayout({"cluster": self.cluster, "tag": 32})
         load = {"image": WORD_BITS, "regions": len(REGIONS), "copies": 1}
         self.load, self.load_job = StructLayout(load), StructLayout({"tag": 32, **load})
+        self.in_flight = unsigned(IN_FLIGHT.bit_length())
+        self.culprit = StructLayout({"code": ErrorCode, "number": control.fault["number"].shape, "is_load": 1,
+                                     "newest": 1, "cluster": self.cluster})
         self.refusal = control.fault
         self.record = StructLayout({"tag": 32, "code": ErrorCode, "cluster": 8, "number": control.fault["number"].shape,
                                     "begin": 32, "end": 32})

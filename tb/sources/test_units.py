@@ -9,6 +9,9 @@ from tb.sources.source_texts import ROOT, components
 # By file of hw: the test, and how it reaches the component if that does not name it.
 TESTED_IN = {
     "hw/cluster.py": ("tb/system/test_engine.py", "JobMachine"),
+    **dict.fromkeys((f"hw/control/{name}.py" for name in (
+        "cluster_watch", "error_register", "job_records", "load_state", "queue_state", "section_table")),
+        ("tb/control/test_job_control.py", "JobControl")),
     "hw/control/descriptor_check.py": ("tb/control/test_job_dispatch.py", "JobDispatch"),
     "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/square_scan.py": ("tb/ctu/test_survival.py", "Survival"),
@@ -23,6 +26,8 @@ TESTED_IN = {
     "hw/memsys/bus/patch_fetch.py": ("tb/memsys/bus/test_fetches.py", ""),
     "hw/memsys/patches/patch_table.py": ("tb/memsys/patches/test_tables.py", ""),
     "hw/memsys/patches/patch_type_memory.py": ("tb/memsys/patches/test_tables.py", ""),
+    **dict.fromkeys((f"hw/memsys/patches/{name}.py" for name in ("store_fill", "store_lookup", "store_read")),
+                    ("tb/memsys/patches/test_patch_store.py", "PatchStore")),
     "radiosity/flow/synthesis/scan_harness.py": ("tb/radiosity/flow/synthesis/test_flow.py",
                                                  "synthesise_between_registers"),
 }

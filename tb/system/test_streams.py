@@ -44,7 +44,7 @@ TIMED = {
     "WriteEngine": {"o_fault"}}
 # Answers, words and ends that nothing has requested change them.
 UNREQUESTED = {"CompletionWriter": {"o_data", "o_request"}, "FrustumSlot": {"o"}, "JobControl": {"o_record"},
-               "LoadControl": {"o_word"}}
+               "LoadControl": {"o_word"}, "LoadState": {"o"}}
 
 
 def _leaves(signature, obj, name=""):

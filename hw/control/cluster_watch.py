@@ -1,0 +1,98 @@
+"""Cluster watch: the watchdogs of clusters and of a load, and the faults that end in a reset."""
+
+from amaranth.hdl import Array, Module, Mux, Signal
+from amaranth.lib import wiring
+from amaranth.lib.data import ArrayLayout
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.engine.config import Config
+from hw.control.control_formats import ControlFormats
+from hw.control.job_formats import JobFormats
+from hw.noc.network_fault import NetworkFault
+from hw.registers.error_code import NETWORK, ErrorCode
+
+__all__ = ["ClusterWatch"]
+
+_COUNT_BITS = 32
+
+
+class ClusterWatch(wiring.Component):
+    """Looks at one cluster per cycle.
+
+    A cluster is late when its oldest section has been that for ``watchdog`` cycles, counted in steps of ``nodes``; a
+    load when it has been read for so many. A fault of a cluster is a time-out of its memory path. Of what is known in
+    one cycle the first of these is told: a late cluster, a late load, a fault of a cluster, one of its network
+    interface.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    live, stops : In(1)
+        Sections are being cast; all units are in reset.
+    waits, restarts : In(nodes)
+        `SectionTable`'s.
+    reads : In(1)
+        A load is being read.
+    watchdog : In(32)
+        The register; 0: none is late.
+    clusters : In(ArrayLayout(ControlFormats.fault, nodes))
+        Faults of the clusters; only time-outs have an effect.
+    networks : In(ArrayLayout(NetworkFault, nodes))
+        Faults of their network interfaces.
+    culprit : Out(JobFormats.culprit)
+        What is wrong, with the code `ErrorCode.NONE` if nothing is.
+
+    Timing
+    ------
+    Latency: ``1`` cycle, and up to ``nodes - 1`` until it is a cluster's turn.
+    """
+
+    latency = 1
+
+    def __init__(self, *, config: Config):
+        self._nodes, control = config.noc.nodes, ControlFormats(config)
+        super().__init__({
+            "live": In(1), "stops": In(1), "waits": In(self._nodes), "restarts": In(self._nodes), "reads": In(1),
+            "watchdog": In(_COUNT_BITS), "clusters": In(ArrayLayout(control.fault, self._nodes)),
+            "networks": In(ArrayLayout(NetworkFault, self._nodes)), "culprit": Out(JobFormats(config).culprit)})
+
+    def elaborate(self, platform):
+        m, nodes = Module(), self._nodes
+        number, previous, restarts = Signal(range(nodes)), Signal(range(nodes)), Signal(nodes, init=(1 << nodes) - 1)
+        m.d.sync += [number.eq(Mux(number == nodes - 1, 0, number + 1)), previous.eq(number),
+                     restarts.eq((restarts & ~(1 << number)) | self.restarts)]
+        m.submodules.ages = ages = Memory(shape=_COUNT_BITS, depth=max(2, nodes), init=[],
+                                          attrs={"ram_style": "distributed"})
+        read, write, counts, limit = ages.read_port(domain="comb"), ages.write_port(), Signal(), self.watchdog
+        m.d.comb += [
+            counts.eq(self.live & self.waits.bit_select(number, 1) & ~restarts.bit_select(number, 1)),
+            read.addr.eq(number), write.addr.eq(number), write.en.eq(1),
+            write.data.eq(Mux(counts, read.data + nodes, 0))]
+        late, load_late, load_age = Signal(), Signal(), Signal(_COUNT_BITS)
+        m.d.sync += [late.eq(counts & (limit != 0) & (read.data >= limit)),
+                     load_late.eq(self.reads & (limit != 0) & (load_age >= limit)),
+                     load_age.eq(Mux(self.reads, load_age + 1, 0))]
+        fault, polled, network = Signal.like(self.clusters[0]), Signal.like(self.clusters[0]), Signal(NetworkFault)
+        m.d.comb += polled.eq(Array(self.clusters[k].as_value() for k in range(nodes))[number])
+        m.d.sync += [fault.as_value().eq(Mux(polled.code == ErrorCode.PATH_TIMEOUT, polled, 0)),
+                     network.eq(Array(self.networks[k].as_value() for k in range(nodes))[number])]
+        with m.If(self.stops):
+            m.d.sync += [fault.as_value().eq(0), network.eq(NetworkFault.NONE)]
+
+        culprit = self.culprit
+        with m.If(late):
+            m.d.comb += [culprit.code.eq(ErrorCode.WATCHDOG), culprit.cluster.eq(previous)]
+        with m.Elif(load_late):
+            m.d.comb += [culprit.code.eq(ErrorCode.WATCHDOG), culprit.is_load.eq(1)]
+        with m.Elif(fault.code != ErrorCode.NONE):
+            m.d.comb += [culprit.code.eq(fault.code), culprit.number.eq(fault.number), culprit.cluster.eq(previous),
+                         culprit.newest.eq(1)]
+        with m.Elif(network != NetworkFault.NONE):
+            m.d.comb += [culprit.code.eq(network.as_value() + NETWORK), culprit.cluster.eq(previous),
+                         culprit.newest.eq(1)]
+        return m

@@ -1,0 +1,88 @@
+"""Section table: the sections in flight, cluster by cluster."""
+
+from amaranth.hdl import Array, Cat, Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from golden.engine.config import Config
+from hw.control.job_formats import JobFormats
+
+__all__ = ["SectionTable"]
+
+
+class SectionTable(wiring.Component):
+    """How many sections each cluster has, how many of them have begun, and the tags of their descriptors.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+
+    Members
+    -------
+    live : In(1)
+        Sections are sent, begin and end; else they are only aborted.
+    i_sent : In, stream of `JobFormats.sent`
+        A section is sent to a cluster. Always ready.
+    begins : In(nodes)
+        A cluster begins the next one of its sections.
+    i_collected : In, stream of a cluster
+        Its oldest section is over. Always ready.
+    cluster : In(range(nodes + 1))
+        The cluster that the next members concern; ``nodes`` has no sections.
+    aborts : In(1)
+        Its oldest section ends.
+    tag : Out(32)
+        Of its oldest section.
+    count, begun : Out(JobFormats.in_flight)
+        Its sections, and how many of them have begun.
+    waits : Out(nodes)
+        Clusters that have sections.
+    restarts : Out(nodes)
+        Clusters whose oldest section is another one from now on.
+
+    Timing
+    ------
+    Latency: ``1`` cycle. At most 3 sections of a cluster.
+    """
+
+    latency = 1
+
+    def __init__(self, *, config: Config):
+        self._nodes, formats = config.noc.nodes, JobFormats(config)
+        self._index_bits = formats.in_flight.width
+
+        def event(layout):
+            return In(stream.Signature(layout, always_ready=True))
+
+        super().__init__({
+            "live": In(1), "i_sent": event(formats.sent), "begins": In(self._nodes),
+            "i_collected": event(formats.cluster), "cluster": In(range(self._nodes + 1)), "aborts": In(1),
+            "tag": Out(32), "count": Out(formats.in_flight), "begun": Out(formats.in_flight), "waits": Out(self._nodes),
+            "restarts": Out(self._nodes)})
+
+    def elaborate(self, platform):
+        m, nodes = Module(), self._nodes
+        m.submodules.tags = tags = Memory(shape=32, depth=nodes << self._index_bits, init=[],
+                                          attrs={"ram_style": "distributed"})
+        counts, begun, oldest = ([Signal(self._index_bits, name=f"{name}_{k}") for k in range(nodes)]
+                                 for name in ("count", "begun", "oldest"))
+        write, read, sent = tags.write_port(), tags.read_port(domain="comb"), self.i_sent.payload
+        newest = Array(head + count for head, count in zip(oldest, counts, strict=True))
+        m.d.comb += [
+            read.addr.eq(Cat(Array(oldest)[self.cluster], self.cluster)), self.tag.eq(read.data),
+            write.en.eq(self.i_sent.valid & self.live), write.data.eq(sent.tag),
+            write.addr.eq(Cat(newest[sent.cluster][:self._index_bits], sent.cluster)),
+            self.count.eq(Array([*counts, 0])[self.cluster]), self.begun.eq(Array([*begun, 0])[self.cluster])]
+        for k in range(nodes):
+            pushes, pops, aborts = Signal(name=f"pushes_{k}"), Signal(name=f"pops_{k}"), Signal(name=f"aborts_{k}")
+            m.d.comb += [
+                pushes.eq(write.en & (sent.cluster == k)), aborts.eq(self.aborts & (self.cluster == k)),
+                pops.eq(aborts | (self.i_collected.valid & self.live & (self.i_collected.payload == k))),
+                self.waits[k].eq(counts[k] != 0),
+                self.restarts[k].eq((pushes & (counts[k] == 0)) | (pops & ~aborts))]
+            m.d.sync += [
+                counts[k].eq(counts[k] + pushes - pops), oldest[k].eq(oldest[k] + pops),
+                begun[k].eq(begun[k] + (self.begins[k] & self.live) - (pops & (begun[k] != 0)))]
+        return m
