@@ -12,12 +12,11 @@ import numpy as np
 
 from benchmarks.cache_strings import POINTS, SCENES, Strings, cast_strings
 from benchmarks.report import output_option, provenance, write_report
-from golden.base.output import whole_file
 from golden.cast.hemisphere import Hemisphere
 from golden.engine.config import PRESETS
 from golden.engine.memsys.bus.cache import Cache
 from golden.engine.memsys.bus.cache_policy import CachePolicy
-from radiosity.charts.chart import Line, write_chart
+from radiosity.charts.chart import Line, line_figure, write_figure
 from radiosity.cli.console import console
 
 CONFIG = PRESETS["paper"]
@@ -87,9 +86,8 @@ def write_chart_of(folder: Path, name: str, curves: dict[str, dict[CachePolicy, 
     """Miss ratios over the logarithm of the size."""
     lines = [Line(name=f"{what}: {NAMES[policy]}", x=np.log2(SIZES), y=np.array(values))
              for what, by_policy in curves.items() for policy, values in by_policy.items()]
-    with whole_file(folder / f"caches-{name}.svg") as path:
-        write_chart(path, lines, title=f"{name}: miss ratio", x_name="logarithm of the lines", y_name="miss ratio",
-                    y_top=1.0)
+    write_figure(folder / f"caches-{name}.svg", line_figure(
+        lines, title=f"{name}: miss ratio", x_name="logarithm of the lines", y_name="miss ratio", y_top=1.0))
 
 
 @click.command()

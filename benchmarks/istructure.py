@@ -18,8 +18,7 @@ from benchmarks.path_area import area_table, equal_area_table, path_area
 from benchmarks.report import cell_text, output_option, provenance, table, write_report
 from benchmarks.shared_hardware import cast_rows, recorded_rows, simulated_rows
 from benchmarks.shared_scene import Access, Outcome, Placement, SharedScene
-from golden.base.output import whole_file
-from radiosity.charts.chart import Line, write_chart
+from radiosity.charts.chart import Line, line_figure, write_figure
 from radiosity.cli.console import console
 from radiosity.cli.parameters import METHOD_CELL, WholePair
 
@@ -106,10 +105,10 @@ def _chart(path, found, clusters):
     lines = [Line(name=access.value, x=shares, y=np.array(
         [*(relative(list(found.values()), Placement.DEALT, share, access) for share in SHARES), 1]))
         for access in Access]
-    with whole_file(path) as part:
-        write_chart(part, lines, title=f"{clusters} clusters: cycles, with all patches in each cluster 1",
-                    x_name="share of the patches in a cluster", y_name="cycles",
-                    y_top=1.05 * max(float(line.y.max()) for line in lines))
+    write_figure(path, line_figure(
+        lines, title=f"{clusters} clusters: cycles, with all patches in each cluster 1",
+        x_name="share of the patches in a cluster", y_name="cycles",
+        y_top=1.05 * max(float(line.y.max()) for line in lines)))
 
 
 @click.command()

@@ -7,23 +7,25 @@ jobs are compared with the golden model's, those of large ones with ``--check``.
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
 
 from benchmarks.report import cell_text, output_option, provenance, table, versions, write_report
-from golden.base.output import whole_file
 from golden.engine.config import PRESETS, Config
 from golden.engine.jobs.result_formats import HitFormat
-from radiosity.charts.activity import write_activity
-from radiosity.charts.chart import Line, write_chart
+from radiosity.charts.chart import COLOURS, Bars, Line, lane_figure, line_figure, write_figure
 from radiosity.cli.console import console
 from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
 from radiosity.flow.simulator.simulation_config import simulation_config
 from radiosity.flow.simulator.verilator import verilator_version
-from radiosity.machines.engine.job_runs import JobSpec, job_machine, prepare_job, run_on
+from radiosity.machines.engine.job_runs import JobRun, JobSpec, job_machine, prepare_job, run_on
 
-__all__ = ["CHECKED", "POINT", "SCENES", "SceneRuns", "measure", "rows_of", "write_roofline"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["CHECKED", "POINT", "SCENES", "SceneRuns", "activity_figure", "measure", "rows_of", "write_roofline"]
 
 SCENES = ("cornell", "lobby", "room1627", "tetra", "man")
 # The point of 16 whose frustum alone is compared with the mean of the job's.
@@ -138,18 +140,25 @@ def write_roofline(path: Path, scene: SceneRuns) -> None:
               Line(name="memory port", x=x, y=np.full(2, run.rays / run.bounds["memory"]))]
     clusters = np.array([0, *sorted(scene.runs)])
     measured = np.array([0, *(scene.runs[count].rays / scene.runs[count].cycles for count in clusters[1:])])
-    with whole_file(path) as part:
-        write_chart(part, [*limits, Line(name="measured", x=clusters, y=measured)], title=_title(scene),
-                    x_name="clusters", y_name="rays per cycle", y_top=1.1 * float(limits[0].y[-1]))
+    write_figure(path, line_figure(
+        [*limits, Line(name="measured", x=clusters, y=measured)], title=_title(scene),
+        x_name="clusters", y_name="rays per cycle", y_top=1.1 * float(limits[0].y[-1])))
 
 
-def _write_activity(path, scene):
-    run = scene.runs[max(scene.runs)]
-    begins, ends = run.since_begin(run.sections["begin"]), run.since_begin(run.sections["end"])
-    casts = np.stack([run.sections["cluster"], begins, begins + run.sections["cycles"], ends], axis=1)
-    loads = np.stack([run.since_begin(run.loads[name]) for name in ("begin", "end")], axis=1)
-    with whole_file(path) as part:
-        write_activity(part, clusters=run.clusters, loads=loads, casts=casts, title=_title(scene))
+def activity_figure(run: JobRun, *, title: str) -> "Figure":
+    """A chart with a lane for loads, and one for each cluster: its casts, above the writing of their results."""
+    sections = run.sections[np.lexsort((run.since_begin(run.sections["begin"]), run.sections["cluster"]))]
+    lane, begins, ends = 1 + sections["cluster"], run.since_begin(sections["begin"]), run.since_begin(sections["end"])
+    cast = begins + sections["cycles"]
+    # A cluster's casts alternate between two shades, so that their borders are seen.
+    is_odd = (np.arange(len(lane)) - np.searchsorted(lane, lane)) % 2 == 1
+    loads = [run.since_begin(run.loads[name]) for name in ("begin", "end")]
+    bars = [Bars(lane=np.zeros(len(run.loads)), begin=loads[0], end=loads[1], colour=COLOURS[4], name="load"),
+            *(Bars(lane=lane[shade], begin=begins[shade], end=cast[shade], colour=colour, bottom=0.65, name=name)
+              for shade, colour, name in ((~is_odd, COLOURS[0], "cast"), (is_odd, COLOURS[5], "next cast"))),
+            Bars(lane=lane, begin=cast, end=ends, colour=COLOURS[2], top=0.65, name="results")]
+    return lane_figure(["loads", *(f"cluster {number}" for number in range(run.clusters))], bars, title=title,
+                       x_name="cycle")
 
 
 def _title(scene):
@@ -199,7 +208,8 @@ def main(output, scene, clusters, frusta, cell, rays, hits, sums, group, check, 
                 progress=console().progress)
     for one in found:
         write_roofline(output.parent / f"jobs-{one.spec.scene}-roofline.svg", one)
-        _write_activity(output.parent / f"jobs-{one.spec.scene}-activity.svg", one)
+        write_figure(output.parent / f"jobs-{one.spec.scene}-activity.svg",
+                     activity_figure(one.runs[max(one.runs)], title=_title(one)))
     given = {"preset": preset, "changes": list(assignments), "hits": hits, "sums": sums, "group": int(group),
              "latency": latency, "spread": spread, "seed": memory_seed, "rays_per_frustum": list(rays)}
     write_report(output, [

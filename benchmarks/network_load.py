@@ -16,7 +16,7 @@ from benchmarks.traffic import SATURATED, Measurement, Window, bound, measure, p
 from golden.engine.noc.delay import zero_load_latency
 from golden.engine.noc.routing import route
 from golden.engine.noc.topology import Topology
-from radiosity.charts.chart import Line, write_chart
+from radiosity.charts.chart import Line, line_figure, write_figure
 from radiosity.cli.console import console
 
 SIDES = (4, 8)
@@ -194,8 +194,9 @@ def charts(curves: dict[Case, Curve], folder: Path) -> list[str]:
             drawn.append(Line(name=f"{case.topology}, {case.channels} VC", x=curve.loads[:shown],
                               y=curve.latency[:shown], ends_at=curve.saturation))
         name = f"network_load_{side}x{side}_{traffic}_{length}.svg"
-        write_chart(folder / name, drawn, title=f"{side} x {side}, {traffic}, {length}-flit packets",
-                    x_name="offered flits per node and cycle", y_name="mean latency, cycles", y_top=top)
+        write_figure(folder / name, line_figure(
+            drawn, title=f"{side} x {side}, {traffic}, {length}-flit packets",
+            x_name="offered flits per node and cycle", y_name="mean latency, cycles", y_top=top))
         lines += [f"![{side} x {side}, {traffic}, {length} flits]({name})", ""]
     return lines
 

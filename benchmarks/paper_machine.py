@@ -12,7 +12,6 @@ import click
 import numpy as np
 
 from benchmarks.report import output_option, provenance, table, write_report
-from golden.base.output import whole_file
 from golden.cast.hemisphere import Hemisphere
 from golden.engine.cast.shelling import Shelling
 from golden.engine.config import PRESETS, Config
@@ -23,7 +22,7 @@ from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.ceiling_points import ceiling_points
 from golden.engine.schedule.usage import cumulative_frequency, effectiveness, usage_order
 from golden.scene.open import open_scene
-from radiosity.charts.chart import Line, write_chart
+from radiosity.charts.chart import Line, line_figure, write_figure
 from radiosity.cli.console import console
 from radiosity.machines.paper.paper_machine import PaperMachine, PaperRun, PaperSpec
 from radiosity.machines.paper.ray_string import ray_string
@@ -151,10 +150,10 @@ def _chart(path: Path, scene: str, runs: list[dict[Supply, PaperRun]]) -> None:
         rates = [sum(len(frustum.record) for step in one.steps for frustum in step.prepared.frusta) / one.cycles
                  for one in chosen]
         lines.append(Line(name=supply.value, x=np.log2([one.nodes for one in chosen]), y=np.array(rates)))
-    with whole_file(path) as part:
-        write_chart(part, lines, title=f"{scene}: one hemisphere of {_RAYS[0]} x {_RAYS[1]} rays",
-                    x_name="logarithm of the clusters (extrapolated above 4)", y_name="rays per cycle",
-                    y_top=1.1 * max(float(line.y.max()) for line in lines))
+    write_figure(path, line_figure(
+        lines, title=f"{scene}: one hemisphere of {_RAYS[0]} x {_RAYS[1]} rays",
+        x_name="logarithm of the clusters (extrapolated above 4)", y_name="rays per cycle",
+        y_top=1.1 * max(float(line.y.max()) for line in lines)))
 
 
 def _string_rows(scene: str) -> tuple[list[list], list[list]]:

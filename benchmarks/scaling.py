@@ -13,9 +13,8 @@ import click
 import numpy as np
 
 from benchmarks.report import cell_text, output_option, provenance, table, write_report
-from golden.base.output import whole_file
 from golden.engine.config import PRESETS, Config
-from radiosity.charts.chart import Line, write_chart
+from radiosity.charts.chart import Line, line_figure, write_figure
 from radiosity.cli.console import console
 from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
 from radiosity.machines.engine.engine_machine import EngineMachine, EngineRun
@@ -57,11 +56,11 @@ def row_of(run: EngineRun, first: EngineRun) -> list:
 def _chart(path: Path, runs: list[EngineRun], title: str) -> None:
     nodes = np.array([run.nodes for run in runs])
     rates = np.array([run.rays / run.cycles for run in runs])
-    with whole_file(path) as part:
-        write_chart(part, [Line(name="simulated", x=nodes, y=rates), Line(
-            name="linear", x=np.array([0, nodes[-1]]), y=np.array([0, rates[0] / nodes[0] * nodes[-1]]))],
-            title=title, x_name="clusters (extrapolated above 16)", y_name="rays per cycle",
-            y_top=1.1 * float(rates.max()))
+    write_figure(path, line_figure(
+        [Line(name="simulated", x=nodes, y=rates),
+         Line(name="linear", x=np.array([0, nodes[-1]]), y=np.array([0, rates[0] / nodes[0] * nodes[-1]]))],
+        title=title, x_name="clusters (extrapolated above 16)", y_name="rays per cycle",
+        y_top=1.1 * float(rates.max())))
 
 
 @click.command()

@@ -16,7 +16,6 @@ from benchmarks.report import output_option, provenance, table, write_report
 from benchmarks.view_factor_cases import BARRIER, HIDDEN, OPEN, Case, box_in_box, plate_between_plates
 from benchmarks.view_factor_methods import method_rows
 from benchmarks.view_factor_programs import PROGRAMS, compute, in_own_process
-from golden.base.output import whole_file
 from golden.base.peak_memory import peak_memory
 from golden.cast.grid import Grid
 from golden.light.factors.compute import compute_view_factors
@@ -25,7 +24,7 @@ from golden.light.factors.rows import FactorRows
 from golden.light.factors.view_factors import ViewFactors
 from golden.scene.geometry import geometry_scene
 from golden.scene.open import open_scene
-from radiosity.charts.chart import Line, write_chart
+from radiosity.charts.chart import Line, line_figure, write_figure
 from radiosity.cli.console import console
 
 OPEN_ERRORS, HIDDEN_ERRORS = (1e-2, 1e-3, 1e-5), (1e-2, 1e-3)
@@ -94,10 +93,8 @@ def write_coverage(path: Path, deviations: dict[tuple[str, float], np.ndarray]) 
     measured = np.abs(np.concatenate(list(deviations.values())))
     lines = [Line(name="normal distribution", x=x, y=erf(x / np.sqrt(2))),
              Line(name="measured", x=x, y=(measured <= x[:, None]).mean(axis=1))]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(path) as part:
-        write_chart(part, lines, title=f"{len(measured)} factors that are known", x_name="standard errors",
-                    y_name="share within", y_top=1.05)
+    write_figure(path, line_figure(lines, title=f"{len(measured)} factors that are known", x_name="standard errors",
+                                   y_name="share within", y_top=1.05))
 
 
 def scene_figures(name: str, error: float) -> dict:

@@ -1,17 +1,26 @@
-"""Line charts as SVG, with nothing but text."""
+"""Charts of lines, and of bars in lanes, as SVG: equal values give equal bytes."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from html import escape
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-__all__ = ["COLOURS", "Line", "ticks", "write_chart"]
+from golden.base.output import check_outputs, whole_file
 
-WIDTH, HEIGHT = 720, 440
-LEFT, RIGHT, TOP, BOTTOM = 60, 200, 40, 50
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["COLOURS", "Bars", "Line", "check_chart", "lane_figure", "line_figure", "new_figure", "write_figure"]
+
 # Distinguished also by those who do not see all colours.
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+# Whatever a user's matplotlibrc says; names of elements by content, and letters as text, not as outlines.
+_STYLE = {"svg.hashsalt": "radiosity", "svg.fonttype": "none", "font.size": 9, "axes.titlelocation": "left",
+          "axes.grid": True, "axes.axisbelow": True, "grid.color": "#dddddd", "legend.frameon": False}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,47 +33,97 @@ class Line:
     ends_at: float | None = None
 
 
-def write_chart(path: Path, lines: list[Line], *, title: str, x_name: str, y_name: str, y_top: float) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Bars:
+    """Bars of one colour in lanes.
+
+    Parameters
+    ----------
+    lane, begin, end
+        Of each bar its lane, from 0 on, and where it begins and ends.
+    colour
+        Of all bars.
+    top, bottom
+        What they take of a lane's height, 0 to 1 from its top.
+    name
+        In the legend; none if it is empty.
+    """
+
+    lane: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+    colour: str
+    top: float = 0.1
+    bottom: float = 0.9
+    name: str = ""
+
+
+def check_chart(path: Path | None) -> None:
+    """A chart can be drawn and written (None is skipped); to be checked before the work starts.
+
+    Raises
+    ------
+    InputError
+        The path does not end in .svg, or no file can be made there.
+    ModuleNotFoundError
+        matplotlib is not installed.
+    """
+    check_outputs(path, suffixes=(".svg",))
+    if path is not None and find_spec("matplotlib") is None:
+        raise ModuleNotFoundError("No module named 'matplotlib'", name="matplotlib")
+
+
+def line_figure(lines: list[Line], *, title: str, x_name: str, y_name: str, y_top: float) -> "Figure":
     """One chart; what is above ``y_top`` is cut off."""
-    x_top = max(float(np.max(line.x)) for line in lines) * 1.02
-    right, bottom = WIDTH - RIGHT, HEIGHT - BOTTOM
+    with new_figure(10, 6) as figure:
+        axes = figure.subplots()
+        for number, line in enumerate(lines):
+            known, colour = np.isfinite(line.y), COLOURS[number % len(COLOURS)]
+            axes.plot(line.x[known], line.y[known], color=colour, linewidth=2, label=line.name)
+            if line.ends_at is not None:
+                axes.plot(line.ends_at, 0, color=colour, marker="^", clip_on=False)
+        axes.set(title=title, xlabel=x_name, ylabel=y_name, ylim=(0, y_top),
+                 xlim=(0, max(float(np.max(line.x)) for line in lines) * 1.02))
+        axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
+    return figure
 
-    def position(x, y):
-        return LEFT + x / x_top * (right - LEFT), bottom - y / y_top * (bottom - TOP)
 
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-family="sans-serif" '
-             'font-size="12">', f'<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>',
-             f'<text x="{LEFT}" y="24" font-size="15">{escape(title)}</text>',
-             f'<text x="{(LEFT + right) / 2}" y="{HEIGHT - 12}" text-anchor="middle">{escape(x_name)}</text>',
-             f'<text transform="translate(16 {(TOP + bottom) / 2}) rotate(-90)" text-anchor="middle">{escape(y_name)}'
-             '</text>', f'<clipPath id="inside"><rect x="{LEFT}" y="{TOP}" width="{right - LEFT}" '
-             f'height="{bottom - TOP}"/></clipPath>']
-    for tick in ticks(x_top):
-        x, _ = position(tick, 0)
-        parts += [f'<path d="M{x:.1f} {TOP}V{bottom}" stroke="#ddd"/>',
-                  f'<text x="{x:.1f}" y="{bottom + 16}" text-anchor="middle">{tick:g}</text>']
-    for tick in ticks(y_top):
-        _, y = position(0, tick)
-        parts += [f'<path d="M{LEFT} {y:.1f}H{right}" stroke="#ddd"/>',
-                  f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{tick:g}</text>']
-    for number, line in enumerate(lines):
-        colour = COLOURS[number % len(COLOURS)]
-        known = np.isfinite(line.y)
-        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(*position(line.x[known], line.y[known]), strict=True))
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2" '
-                     'clip-path="url(#inside)"/>')
-        if line.ends_at is not None:
-            x, _ = position(line.ends_at, 0)
-            parts.append(f'<path d="M{x:.1f} {bottom}l-4 8h8z" fill="{colour}"/>')
-        y = TOP + 10 + 18 * number
-        parts += [f'<path d="M{right + 10} {y - 4}h20" stroke="{colour}" stroke-width="2"/>',
-                  f'<text x="{right + 36}" y="{y}">{escape(line.name)}</text>']
+def lane_figure(lanes: list[str], bars: list[Bars], *, title: str, x_name: str) -> "Figure":
+    """A lane for each name, from the top; a bar without a length is a stroke."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    with new_figure(12, 1 + 0.3 * len(lanes)) as figure:
+        axes = figure.subplots()
+        for one in bars:
+            corners = np.stack([np.stack([x, one.lane + y], axis=-1) for x, y in (
+                (one.begin, one.top), (one.end, one.top), (one.end, one.bottom), (one.begin, one.bottom))], axis=1)
+            axes.add_patch(PathPatch(Outline.make_compound_path_from_polys(corners), color=one.colour, linewidth=0.2,
+                                     label=one.name))
+        drawn = [one for one in bars if len(one.lane)]
+        axes.set(title=title, xlabel=x_name, ylim=(len(lanes), 0), xlim=(
+            min((one.begin.min() for one in drawn), default=0), max((one.end.max() for one in drawn), default=1)),
+                 yticks=np.arange(len(lanes)) + 0.5, yticklabels=lanes)
+        axes.grid(visible=False, axis="y")
+        if any(one.name for one in bars):
+            axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
+    return figure
+
+
+@contextmanager
+def new_figure(width: float, height: float) -> Iterator["Figure"]:
+    """An empty figure of so many inches to draw on in the style of all charts."""
+    from matplotlib import style
+    from matplotlib.figure import Figure
+
+    with style.context(["default", _STYLE]):
+        yield Figure(figsize=(width, height), layout="constrained")
+
+
+def write_figure(path: Path, figure: "Figure") -> None:
+    """Write a figure, atomically; its folder is made."""
+    from matplotlib import style
+
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join([*parts, "</svg>", ""]))
-
-
-def ticks(top: float) -> np.ndarray:
-    """Round numbers up to ``top``."""
-    step = 10 ** np.floor(np.log10(top / 4))
-    step *= next(factor for factor in (1, 2, 5, 10) if top / (step * factor) <= 8)
-    return np.arange(0, top + step / 1000, step).round(6)
+    with whole_file(path) as part, style.context(["default", _STYLE]):
+        figure.savefig(part, format="svg", metadata={"Creator": None, "Date": None})

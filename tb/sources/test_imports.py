@@ -25,8 +25,8 @@ MAY_IMPORT = {
 WITHIN_PRODUCT = {
     "radiosity.workers": set(),
     "radiosity.flow": set(),
-    "radiosity.machines": {"radiosity.flow"},
-    "radiosity.charts": {"radiosity.flow", "radiosity.machines"},
+    "radiosity.charts": set(),
+    "radiosity.machines": {"radiosity.charts", "radiosity.flow"},
     "radiosity.tasks": {"radiosity.charts", "radiosity.flow", "radiosity.machines", "radiosity.workers"},
 }
 # What a person starts with ``python -m`` is in the product.

@@ -1,62 +1,47 @@
 """Torus steps: a drawing of who holds which ray over time."""
 
-from pathlib import Path
+from colorsys import hls_to_rgb
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from golden.base.output import whole_file
+from radiosity.charts.chart import Bars, lane_figure
 from radiosity.machines.torus.torus_run import TorusRun
 
-__all__ = ["LOGGED", "steps_svg", "write_steps"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["LOGGED", "steps_figure"]
 
 LOGGED = 6000
 """Walks of a drawing at most."""
 
-_WIDTH, _LANE, _LEFT, _TOP = 900, 18, 70, 34
-# Hues of the rows of the torus: a ray has the colour of the node that has its pixel, lighter along a row.
+# Hues of the rows of the torus, in degrees: a ray has the colour of the node that has its pixel, lighter along a row.
 _HUES = 300
 
 
-def steps_svg(run: TorusRun) -> str:
+def steps_figure(run: TorusRun) -> "Figure":
     """Draw a lane for each node, with a bar for each walk.
 
     The colour of a bar is that of the node whose pixel the ray is for: bars of other colours are rays that have
     travelled. Shadow rays are narrower. The log has the first walks of the run.
     """
-    side, nodes = run.setup.side, run.setup.nodes
-    log = run.log
-    end = int((log[:, 0] + log[:, 1]).max()) if len(log) else 1
-    start = int(log[0, 0]) if len(log) else 0
-    scale = _WIDTH / max(end - start, 1)
-    row, column = log[:, 3] // run.setup.size[1], log[:, 3] % run.setup.size[1]
-    owner = (side * (np.searchsorted(run.boxes.rows, row, side="right") - 1)
-             + np.searchsorted(run.boxes.columns, column, side="right") - 1)
-    height = _TOP + nodes * _LANE + 30
-    lines = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{_LEFT + _WIDTH + 20}" height="{height}" '
-             'font-family="sans-serif" font-size="11">',
-             f'<title>{run.scene.name}: walks of rays on {nodes} nodes over time</title>',
-             f'<rect width="{_LEFT + _WIDTH + 20}" height="{height}" fill="white"/>',
-             f'<text x="{_LEFT}" y="18">{run.scene.name}, {run.setup.size[0]} x {run.setup.size[1]} pixels: a ray has '
-             'the colour of the node that has its pixel; narrow bars are shadow rays</text>']
-    for node in range(nodes):
-        top = _TOP + node * _LANE
-        lines += [f'<rect x="{_LEFT - 12}" y="{top + 3}" width="9" height="9" fill="{_colour(node, nodes)}"/>',
-                  f'<text x="4" y="{top + 12}">node {node}</text>',
-                  f'<line x1="{_LEFT}" x2="{_LEFT + _WIDTH}" y1="{top + 15}" y2="{top + 15}" stroke="#ddd"/>']
-    for (begin, us, node, _, _, is_shadow), whose in zip(log.tolist(), owner.tolist(), strict=True):
-        top, tall = _TOP + node * _LANE + (5 if is_shadow else 1), 6 if is_shadow else 14
-        lines.append(f'<rect x="{_LEFT + (begin - start) * scale:.1f}" y="{top}" width="{max(us * scale, 0.3):.1f}" '
-                     f'height="{tall}" fill="{_colour(whose, nodes)}"/>')
-    lines += [f'<text x="{_LEFT}" y="{height - 10}">{start / 1e6:.2f} s</text>',
-              f'<text x="{_LEFT + _WIDTH}" y="{height - 10}" text-anchor="end">{end / 1e6:.2f} s</text>', "</svg>"]
-    return "\n".join(lines) + "\n"
+    side, nodes, columns = run.setup.side, run.setup.nodes, run.setup.size[1]
+    begin, microseconds, node, pixel, _, is_shadow = run.log.T
+    owner = (side * (np.searchsorted(run.boxes.rows, pixel // columns, side="right") - 1)
+             + np.searchsorted(run.boxes.columns, pixel % columns, side="right") - 1)
+    bars = []
+    for whose in range(nodes):
+        for shadow, top, bottom in ((0, 0.05, 0.85), (1, 0.3, 0.6)):
+            chosen = (owner == whose) & (is_shadow == shadow)
+            bars.append(Bars(lane=node[chosen], begin=begin[chosen] / 1e6,
+                             end=(begin + microseconds)[chosen] / 1e6, colour=_colour(whose, nodes), top=top,
+                             bottom=bottom, name="" if shadow else f"node {whose}"))
+    return lane_figure([f"node {number}" for number in range(nodes)], bars, x_name="s",
+                       title=f"{run.scene.name}, {run.setup.size[0]} x {columns} pixels: a ray has the colour of the "
+                       "node that has its pixel; narrow bars are shadow rays")
 
 
 def _colour(node, nodes):
-    return f"hsl({_HUES * node // max(nodes - 1, 1)},65%,{42 + 12 * (node % 2)}%)"
-
-
-def write_steps(path: Path, run: TorusRun) -> None:
-    """Write the drawing, atomically."""
-    with whole_file(path) as part:
-        part.write_text(steps_svg(run))
+    hue, lightness = _HUES * node // max(nodes - 1, 1), 42 + 12 * (node % 2)
+    return "#" + "".join(f"{round(255 * part):02x}" for part in hls_to_rgb(hue / 360, lightness / 100, 0.65))

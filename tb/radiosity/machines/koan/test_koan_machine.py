@@ -10,9 +10,9 @@ import radiosity.cli.main
 from benchmarks.koan import fit, resident_rows, saturation
 from benchmarks.koan_scenes import KOAN_SCENES, koan_scene
 from benchmarks.koan_times import TABLE_3, TABLE_4, closed_3, closed_4, errors
-from radiosity.charts.page_chart import holders
 from radiosity.cli.golden import choices
 from radiosity.machines.koan.koan_machine import KoanMachine
+from radiosity.machines.koan.page_chart import holders
 from radiosity.machines.koan.page_state import INVALIDATED, READ, WRITE
 from radiosity.machines.koan.pixel_items import SCHEDULES
 

@@ -1,8 +1,8 @@
 """Rays that travel on a torus are simulated by a command, and its benchmark grades the source's tables."""
 
 import json
-from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from PIL import Image
@@ -13,7 +13,8 @@ from radiosity.cli.golden import choices
 from radiosity.machines.torus.node_boxes import GROWTHS
 from radiosity.machines.torus.torus_run import STORAGES, TorusSetup, simulate_torus
 from radiosity.machines.torus.torus_scenes import TORUS_SCENES
-from radiosity.machines.torus.torus_steps import steps_svg
+from radiosity.machines.torus.torus_steps import steps_figure
+from tb.radiosity.charts import rectangles
 
 pytestmark = [pytest.mark.xdist_group("machines"), pytest.mark.usefixtures("interpreted")]
 
@@ -53,10 +54,10 @@ def test_text_has_rays_messages_and_loads():
 
 def test_steps_have_a_bar_for_each_walk():
     done = simulate_torus(TORUS_SCENES["spheres40"](), TorusSetup(nodes=4, size=(6, 6), subdivisions=4), log=50)
-    bars = [one for one in ElementTree.fromstring(steps_svg(done)).iter("{http://www.w3.org/2000/svg}rect")
-            if one.get("height") in ("14", "6")]
+    bars = np.concatenate([rectangles(patch) for patch in steps_figure(done).axes[0].patches])
     assert len(bars) == len(done.log) == 50
-    assert len({one.get("y") for one in bars}) >= 4
+    np.testing.assert_allclose(sorted((bars[:, 1] - bars[:, 0]) * 1e6), sorted(done.log[:, 1]), atol=1)
+    assert {int(lane) for lane in bars[:, 2]} == set(done.log[:, 2].tolist()) == set(range(4))
 
 
 @pytest.mark.parametrize(("words", "message"), [

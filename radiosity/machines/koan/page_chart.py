@@ -1,13 +1,11 @@
 """A chart of who holds which page of a shared memory over time."""
 
-from html import escape
 from pathlib import Path
 
 import numpy as np
 
 from golden.base.errors import InputError
-from golden.base.output import whole_file
-from radiosity.charts.chart import COLOURS
+from radiosity.charts.chart import COLOURS, new_figure, write_figure
 from radiosity.machines.koan.koan_run import KoanRun
 from radiosity.machines.koan.page_state import READ, WRITE
 
@@ -16,8 +14,8 @@ __all__ = ["LOG_ROWS", "holders", "write_page_chart"]
 LOG_ROWS = 1 << 20
 """Changes that a run of a chart logs at most."""
 
-_STEPS, _COLUMNS, _CELL, _PANEL, _TOP, _GAP = 6, 3, 5, 48, 40, 26
-_FREE = "#eeeeee"
+_STEPS, _COLUMNS = 6, 3
+_FREE, _BLANK = (0.93, 0.93, 0.93), (1.0, 1.0, 1.0)
 
 
 def holders(log: np.ndarray, nodes: int, pages: int, times: np.ndarray) -> np.ndarray:
@@ -62,22 +60,17 @@ def write_page_chart(path: Path, run: KoanRun, *, title: str) -> None:
     times = np.rint(run.time * np.linspace(0, 1, _STEPS) ** 2).astype(np.int64)
     held = holders(run.state.log[:changes], nodes, pages, times)
     side = int(np.ceil(np.sqrt(pages)))
-    panel = side * _CELL
-    width, height = _COLUMNS * (panel + _GAP) + _GAP, _TOP + -(-_STEPS // _COLUMNS) * (panel + _PANEL) + _GAP
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" '
-             f'font-size="11"><rect width="{width}" height="{height}" fill="white"/>',
-             f'<text x="{_GAP}" y="22" font-size="14">{escape(title)}</text>']
-    for step, time in enumerate(times):
-        left, top = _GAP + step % _COLUMNS * (panel + _GAP), _TOP + step // _COLUMNS * (panel + _PANEL) + 14
-        copies = held[step].sum(axis=1)
-        parts.append(f'<text x="{left}" y="{top - 4}">{time / 1e9:.2f} s, {copies.sum() - pages:,} copies</text>')
-        for page, count in enumerate(copies):
-            share = (count - 1) / max(1, nodes - 1)
-            fill = _FREE if count <= 1 else COLOURS[0]
-            parts.append(f'<rect x="{left + page % side * _CELL}" y="{top + page // side * _CELL}" '
-                         f'width="{_CELL - 1}" height="{_CELL - 1}" fill="{fill}"'
-                         + (f' fill-opacity="{0.15 + 0.85 * share:.2f}"' if count > 1 else "") + "/>")
-    y = height - 10
-    parts += [f'<text x="{_GAP}" y="{y}">a square is a page: grey at its home alone, darker blue in more caches</text>']
-    with whole_file(path) as part:
-        part.write_text("\n".join([*parts, "</svg>", ""]))
+    full = np.array([int(COLOURS[0][at:at + 2], 16) / 255 for at in (1, 3, 5)])
+    with new_figure(9, 7) as figure:
+        panels = figure.subplots(_STEPS // _COLUMNS, _COLUMNS)
+        for axes, time, holding in zip(panels.flat, times, held, strict=True):
+            copies = holding.sum(axis=1)
+            share = 0.15 + 0.85 * (copies[:, None] - 1) / max(1, nodes - 1)
+            squares = np.full((side * side, 3), _BLANK)
+            squares[:pages] = np.where(copies[:, None] <= 1, _FREE, 1 - share * (1 - full))
+            axes.imshow(squares.reshape(side, side, 3), interpolation="none")
+            axes.set_axis_off()
+            axes.set_title(f"{time / 1e9:.2f} s, {copies.sum() - pages:,} copies")
+        figure.suptitle(title)
+        figure.supxlabel("a square is a page: grey at its home alone, darker blue in more caches")
+    write_figure(path, figure)
