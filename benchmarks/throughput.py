@@ -26,7 +26,7 @@ from golden.engine.config import PRESETS
 from radiosity.cli.console import console
 from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
 from radiosity.flow.simulator.simulation_config import simulation_config
-from radiosity.flow.synthesis.history import Record, last_records, read_history
+from radiosity.flow.synthesis.history import MACHINE, Record, last_records, machine_parameters, read_history
 from radiosity.machines.engine.job_runs import PreparedJob, job_machine
 
 __all__ = ["EmbreeRates", "clock_text", "embree_rates", "rays_of", "recorded", "row_of"]
@@ -57,8 +57,8 @@ class EmbreeRates:
 
 def recorded(preset: str, assignments: tuple[str, ...]) -> Iterator[Record]:
     """The last records that the history has of these parameters with one cluster: of a whole machine, of a cluster."""
-    parameters, last = " ".join((*assignments, "noc.columns=1", "noc.rows=1")), last_records(read_history())
-    for block, unit in ("engine", "Engine"), ("cluster", "Cluster"):
+    parameters, last = machine_parameters(assignments), last_records(read_history())
+    for block, unit in MACHINE, ("engine", "Engine"), ("cluster", "Cluster"):
         if record := last.get(("ecp5", preset, parameters, block, unit)):
             yield record
 
@@ -140,7 +140,7 @@ def main(scenes, output, cell, rays, latency, mhz, source, luts, preset, assignm
                                given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
     rows, known = [], list(recorded(preset, assignments))
     luts = luts or (known[0].lut if known else None)
-    if mhz is None and known and known[0].block == "engine" and known[0].mhz:
+    if mhz is None and known and known[0].block != "cluster" and known[0].mhz:
         mhz, source = median(known[0].mhz), clock_text(known[0])
     with job_machine(config, latency=latency) as machine:
         for scene in scenes or SCENES:

@@ -32,10 +32,13 @@ def test_a_clock_is_that_of_a_whole_machine(monkeypatch):
     engine = replace(cluster, block="engine", unit="Engine", lut=2000, seeds=(1, 2, 3), mhz=(40.0, 43.0, 41.0),
                      commit="abc")
     other = replace(cluster, parameters="icu.slots=16 noc.columns=1 noc.rows=1", lut=7)
-    history = [replace(cluster, lut=9), cluster, replace(engine, lut=1), engine, other]
+    board = replace(engine, parameters="icu.slots=8 noc.columns=1 noc.rows=1", block="board", unit="BoardShell")
+    history = [replace(cluster, lut=9), cluster, replace(engine, lut=1), engine, other, board]
     monkeypatch.setattr("benchmarks.throughput.read_history", lambda: history)
     assert list(recorded("small", ())) == [engine, cluster]
     assert list(recorded("small", ("icu.slots=16",))) == [other]
+    # A bitstream's machine is a whole one; its clusters may be among what is given.
+    assert list(recorded("small", ("noc.columns=1", "icu.slots=8"))) == [board]
     assert not list(recorded("tiny", ()))
     assert clock_text(engine).endswith("from seeds 1, 2, 3, commit abc")
 

@@ -24,7 +24,7 @@ import tb.bugs.command
 from golden.engine.config import PRESETS
 from hw.board.board_shell import BoardShell
 from radiosity.flow.synthesis.family import Area
-from radiosity.flow.synthesis.flow import Clock
+from radiosity.flow.synthesis.flow import Bitstream, Clock
 from radiosity.flow.synthesis.history import Commit
 from radiosity.flow.synthesis.report import UNITS, Row
 from tb.docs.language import ROOT
@@ -45,7 +45,7 @@ BENCHMARK = re.compile(r"radiosity bench \w")
 # Place and route of whole blocks and of the board, which take hours: they run here without the tools of synthesis.
 # Other tests have these tools, with smaller units.
 WITHOUT_TOOLS = re.compile(r"hw report (.*--record|\w+(?!.*--unit))"
-                           r"| board(?!.*--no-bitstream)")
+                           r"|(radiosity|-m hw) board(?!.*--no-bitstream)")
 # Commands whose work another test runs: the module, its test, and a call in it.
 ELSEWHERE = {
     WITHOUT_TOOLS.pattern: [
@@ -269,7 +269,10 @@ def no_tools(monkeypatch):
     monkeypatch.setattr("radiosity.flow.synthesis.history.add_record", lambda record: None)
     monkeypatch.setattr("radiosity.flow.synthesis.flow.tool_versions", lambda **_: "tools")
     monkeypatch.setattr("radiosity.flow.board.ulx3s.build",
-                        lambda shell, folder, **_: made.append(type(shell)) or [folder / "board.bit"])
+                        lambda shell, folder, *, seeds, **_: made.append(type(shell)) or (
+                            [folder / "board.bit"], Bitstream(
+                                area=Area(lut=1, ff=2, dsp=3, bram=4), synthesis_seconds=1, route_seconds=(2,),
+                                clocks=tuple(Clock(seed=seed, mhz=50.0, path="a path") for seed in seeds))))
     yield made
     # A board that is never elaborated is collected with a warning.
     with warnings.catch_warnings():

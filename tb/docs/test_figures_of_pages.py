@@ -8,7 +8,7 @@ from hw.board.frame import CHECK_BYTES, HEADER_BYTES
 from hw.board.program import Operation
 from radiosity.flow.board.record import record
 from radiosity.flow.board.view import board_view
-from radiosity.flow.synthesis.history import last_records, read_history
+from radiosity.flow.synthesis.history import MACHINE, last_records, machine_parameters, read_history
 from tb.docs.language import ROOT
 from tb.docs.page_commands import commands_of
 
@@ -92,15 +92,10 @@ def test_area_of_a_cluster():
 def test_two_clusters_of_the_board():
     """One cluster with its shell, the units of another one and the network."""
     page, last = " ".join((ROOT / "docs" / "board.md").read_text().split()), last_records(read_history())
-    one = [int(number.replace(",", "")) for number in re.search(
-        r"takes ([\d,]+) LUTs .*?, ([\d,]+) registers .*?, (\d+) DSP blocks .*? and (\d+) block RAMs",
-        page).groups()]
-    shares = re.search(r"shell.*? takes .*?\((\d+) %\).*?\((\d+) %\).*?\((\d+) %\).*?\((\d+) %\)", page).groups()
-    assert [int(share) for share in shares] == [
-        round(100 * count / device) for count, device in zip(one, DEVICE, strict=True)]
+    one = last["ecp5", "board", machine_parameters(()), *MACHINE]
     more = [last["ecp5", "board", "", *unit] for unit in (
         ("icu", "IntersectionUnit"), ("ctu", "TraversalUnit"), ("memsys", "MemorySystem"), ("noc", "PatchNetwork"))]
     luts, multipliers = (count + sum(getattr(unit, name) for unit in more) for count, name in (
-        (one[0], "lut"), (one[2], "dsp")))
+        (one.lut, "lut"), (one.dsp, "dsp")))
     assert (f"they are {luts:,} LUTs ({100 * luts / DEVICE[0]:.0f} %) without the second cluster's control, and "
             f"{multipliers} DSP blocks of {DEVICE[2]}.") in page

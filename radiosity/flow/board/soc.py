@@ -84,8 +84,8 @@ def build_soc(config: Config, folder: Path, *, litex: Path, hertz: int, baud: in
     facts = {"output": [str(path) for path in (*sources, constraints)]}
     if routes:
         with stage("synthesis, place and route"):
-            area, clock = verilog_bitstream(sources, constraints.read_text(), made, NAME, seed=seed, options=options)
-        facts |= {"seconds": round(time.perf_counter() - begin)} | asdict(area) | asdict(clock)
+            result = verilog_bitstream(sources, constraints.read_text(), made, NAME, seeds=(seed,), options=options)
+        facts |= {"seconds": round(time.perf_counter() - begin)} | asdict(result.area) | asdict(result.clocks[0])
         figures = made / f"{NAME}.figures.json"
         facts["output"] += [str(made / f"{NAME}.bit"), str(figures)]
         write_text(figures, json.dumps({name: facts[name] for name in facts if name != "output"}, indent=1) + "\n")

@@ -13,7 +13,7 @@ from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
 from hw.board.board_shell import BoardShell
 from radiosity.flow.output import write_text
-from radiosity.flow.synthesis.flow import bitstream
+from radiosity.flow.synthesis.flow import Bitstream, bitstream
 
 __all__ = ["CLOCK_HZ", "NEXTPNR", "build"]
 
@@ -46,19 +46,19 @@ class _Ulx3s(Elaboratable):
         return m
 
 
-def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True,
-          options: tuple[str, ...] = NEXTPNR) -> list[Path]:
-    """Write Verilog and constraints, and with ``routes`` the bitstream and its figures.
+def build(shell: BoardShell, folder: Path, *, seeds: tuple[int, ...],
+          options: tuple[str, ...] = NEXTPNR) -> tuple[list[Path], Bitstream | None]:
+    """Write Verilog and constraints, and with seeds the bitstream and its figures.
 
     Parameters
     ----------
-    seed, options
-        Of the placer; options of nextpnr.
+    seeds, options
+        Of the placer, which places once for each; options of nextpnr.
 
     Returns
     -------
-    list
-        The written files.
+    tuple
+        The written files, and the figures.
 
     Raises
     ------
@@ -72,8 +72,9 @@ def build(shell: BoardShell, folder: Path, *, seed: int, routes: bool = True,
     written = [folder / f"{NAME}.v", folder / f"{NAME}.lpf"]
     for path, text in zip(written, (files["top.debug.v"], constraints), strict=True):
         write_text(path, text)
-    if routes:
-        area, clock = bitstream(files["top.il"], constraints, folder, NAME, seed=seed, options=options)
+    figures = None
+    if seeds:
+        figures = bitstream(files["top.il"], constraints, folder, NAME, seeds=seeds, options=options)
         written += [folder / f"{NAME}.bit", folder / f"{NAME}.figures.json"]
-        write_text(written[-1], json.dumps({**asdict(area), **asdict(clock)}, indent=1) + "\n")
-    return written
+        write_text(written[-1], json.dumps(asdict(figures), indent=1) + "\n")
+    return written, figures

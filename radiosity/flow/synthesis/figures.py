@@ -1,6 +1,7 @@
-"""Tables of area and clock in README.md and docs/, from the history: ``python -m hw figures``."""
+"""Areas and clocks in README.md and docs/, from the history: ``python -m hw figures``."""
 
 import re
+import statistics
 import textwrap
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +9,7 @@ from pathlib import Path
 from radiosity.flow.output import write_text
 from radiosity.flow.synthesis.family import FAMILIES
 from radiosity.flow.synthesis.flow import OPTIONS
-from radiosity.flow.synthesis.history import ROOT, Record, last_records, read_history
+from radiosity.flow.synthesis.history import MACHINE, ROOT, Record, last_records, machine_parameters, read_history
 from radiosity.flow.synthesis.report import UNITS, spread
 
 __all__ = ["MAIN", "pages", "with_tables", "write_tables"]
@@ -31,19 +32,24 @@ BOARD = {
     "noc": ("PatchNetwork",),
 }
 # A table is between two comments. The first one names its content: the README's units, a block's, some of a block's,
-# those of other families, or those of preset `board`.
+# those of other families, those of preset `board`, or the machine of its bitstream.
 _TABLE = re.compile(r"(<!-- area: (\w+)((?: [\w-]+)*) -->\n).*?(<!-- area: end -->)", re.DOTALL)
+# The clock of that machine, within a sentence.
+_CLOCK = re.compile(r"(<!-- routed -->).*?(<!-- routed: end -->)", re.DOTALL)
+# What an ECP5-85 has.
+_CAPACITIES = {"lut": 83640, "ff": 83640, "dsp": 156, "bram": 208}
 
 
 def pages() -> list[Path]:
-    """README.md and the pages of docs/ that have such tables."""
+    """README.md and the pages of docs/ that have such tables or clocks."""
     return [path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-            if _TABLE.search(path.read_text())]
+            if _TABLE.search(text := path.read_text()) or _CLOCK.search(text)]
 
 
 def with_tables(text: str, history: list[Record]) -> str:
-    """A page with its tables filled in."""
+    """A page with its tables and clocks filled in."""
     last = last_records(history)
+    machine = last.get(("ecp5", "board", machine_parameters(()), *MACHINE))
 
     def of(units, family="ecp5", preset=PRESET):
         keys = [(family, preset, "", block, unit) for block, names in units.items() for unit in names]
@@ -61,12 +67,14 @@ def with_tables(text: str, history: list[Record]) -> str:
             records, lines_of = elsewhere(), _areas
         elif what == "board":
             records, lines_of = of(BOARD, preset="board"), _parts
+        elif what == "machine":
+            records, lines_of = [one for one in [machine] if one], _machines
         else:
             records, lines_of = of(MAIN if what == "main" else {what: names.split() or UNITS[what]}), _clocks
         lines = lines_of(records) if records else ["Nothing has been recorded yet."]
         return "\n".join([start, *lines, "", end])
 
-    return _TABLE.sub(table, text)
+    return _CLOCK.sub(lambda marked: "".join([marked[1], _clock(machine), marked[2]]), _TABLE.sub(table, text))
 
 
 def write_tables() -> list[Path]:
@@ -118,6 +126,27 @@ def _parts(records):
     family = FAMILIES["ecp5"]
     return [*lines, "", _filled(f"{family.title}, preset `board`, each unit alone, synthesised and not routed. "
                                 f"{family.counted} {_tools(records)}.")]
+
+
+def _machines(records):
+    lines = ["| machine | LUT | registers | DSP blocks | block RAM | MHz | seeds | commit |", "|---" * 8 + "|"]
+    for record in records:
+        cells = [f"{getattr(record, name):,} ({100 * getattr(record, name) / most:.0f} %)"
+                 for name, most in _CAPACITIES.items()]
+        cells += [spread(record.mhz, digits=1), ", ".join(map(str, record.seeds)), record.commit]
+        lines.append(f"| `{record.unit}` | {' | '.join(cells)} |")
+    options = ", ".join(f'`--nextpnr "{record.options}"`' for record in records)
+    return [*lines, "", _filled(
+        f"{FAMILIES['ecp5'].title}, preset `board`, one cluster with its memory and its host, placed and routed with "
+        f"{options}. MHz: of several seeds the least, the median and the best. {_tools(records)}.")]
+
+
+def _clock(record):
+    if record is None:
+        return "an unknown clock"
+    seeds = ", ".join(map(str, record.seeds))
+    whose = f"seed {seeds}" if len(record.seeds) == 1 else f"median of seeds {seeds}"
+    return f"{statistics.median(record.mhz):.1f} MHz ({whose})"
 
 
 def _tools(records):

@@ -2,11 +2,13 @@
 
 import importlib.metadata
 import json
+import os
 import re
 import shutil
 import subprocess
 import sys
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 from amaranth.back import rtlil
@@ -22,8 +24,8 @@ from radiosity.flow.synthesis.hard_registers import absorb
 from radiosity.flow.synthesis.near_addresses import copy_addresses
 from radiosity.flow.synthesis.scan_harness import ScanHarness
 
-__all__ = ["MHZ", "OPTIONS", "Clock", "bitstream", "check_options", "pins_rtlil", "place_and_route", "synthesise",
-           "synthesise_between_registers", "tool_versions", "verilog_bitstream", "yosys"]
+__all__ = ["MHZ", "OPTIONS", "Bitstream", "Clock", "bitstream", "check_options", "pins_rtlil", "place_and_route",
+           "synthesise", "synthesise_between_registers", "tool_versions", "verilog_bitstream", "yosys"]
 
 _CHIP = ("--85k", "--package", "CABGA381")
 _DEVICE = *_CHIP, "--speed", "6"
@@ -72,6 +74,24 @@ class Clock:
     mhz: float
     path: str
     mhz_grade_8: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bitstream:
+    """The figures of a bitstream.
+
+    Parameters
+    ----------
+    area, clocks
+        Its area, and the clock of each seed; the bitstream is that of the fastest.
+    synthesis_seconds, route_seconds
+        Processor time of synthesis, and of place and route for each seed.
+    """
+
+    area: Area
+    clocks: tuple[Clock, ...]
+    synthesis_seconds: int
+    route_seconds: tuple[int, ...]
 
 
 def tool_versions(*, clock: bool = True) -> str:
@@ -162,8 +182,8 @@ def place_and_route(netlist: Path, *, seed: int, options: tuple[str, ...] = OPTI
     return replace(clock, mhz_grade_8=_mhz_grade_8(netlist, seed=seed))
 
 
-def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seed: int,
-              options: tuple[str, ...]) -> tuple[Area, Clock]:
+def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, seeds: tuple[int, ...],
+              options: tuple[str, ...]) -> Bitstream:
     """A bitstream and its intermediate files in ``folder``: ``name`` and ``.bit``; the tools' logs stay beside it.
 
     Parameters
@@ -172,37 +192,50 @@ def bitstream(rtlil_text: str, constraints: str, folder: Path, name: str, *, see
         The design, pins and all, as the module ``top``.
     constraints
         Where its pins are, and its clocks, as LPF.
-    seed, options
-        As of `place_and_route`.
+    seeds, options
+        Of the placer, which places once for each; options as of `place_and_route`.
 
     Raises
     ------
     InputError
-        It does not fit, or misses the target clock.
+        It does not fit, or misses the target clock with one of the seeds.
     """
+    begin = _processor_seconds()
     netlist = _netlist_of_rtlil(rtlil_text, folder, name, FAMILIES["ecp5"])
-    return _pack(netlist, constraints, seed=seed, options=options, router={})
+    return _pack(netlist, constraints, seeds=seeds, options=options, router={}, begin=begin)
 
 
-def verilog_bitstream(sources: tuple[Path, ...], constraints: str, folder: Path, name: str, *, seed: int,
-                      options: tuple[str, ...]) -> tuple[Area, Clock]:
+def verilog_bitstream(sources: tuple[Path, ...], constraints: str, folder: Path, name: str, *, seeds: tuple[int, ...],
+                      options: tuple[str, ...]) -> Bitstream:
     """`bitstream` of SystemVerilog: the files in ``sources`` have the module ``top`` and all that it instantiates.
 
     The placement is timing-driven, the route routability-driven. ``options`` must have the target clock as ``--freq``,
     which is the only one of clocks that a PLL makes when they are routed.
     """
+    begin = _processor_seconds()
     read = [f'read_verilog -sv -defer "{source.resolve()}"' for source in sources]
     netlist = _netlist(read, folder, name, FAMILIES["ecp5"])
-    return _pack(netlist, constraints, seed=seed, options=options, router=_ROUTABILITY_DRIVEN)
+    return _pack(netlist, constraints, seeds=seeds, options=options, router=_ROUTABILITY_DRIVEN, begin=begin)
 
 
-def _pack(netlist, constraints, *, seed, options, router):
+def _pack(netlist, constraints, *, seeds, options, router, begin):
     folder, name, area = netlist.parent, netlist.stem, _area(netlist, FAMILIES["ecp5"])
     write_text(folder / f"{name}.lpf", constraints)
-    files = "--lpf", f"{name}.lpf", "--textcfg", f"{name}.config"
-    clock = _place_then_route(netlist, files, options, seed=seed, router=router)
-    _run([_program("ecppack"), "--compress", f"{name}.config", f"{name}.bit"], folder / f"{name}.ecppack.log")
-    return area, clock
+    clocks, times = [], [begin, _processor_seconds()]
+    for seed in seeds:
+        files = "--lpf", f"{name}.lpf", "--textcfg", f"{name}.seed-{seed}.config"
+        clocks.append(_place_then_route(netlist, files, options, seed=seed, router=router))
+        times.append(_processor_seconds())
+    best = max(clocks, key=lambda clock: clock.mhz)
+    _run([_program("ecppack"), "--compress", f"{name}.seed-{best.seed}.config", f"{name}.bit"],
+         folder / f"{name}.ecppack.log")
+    synthesis, *routes = (round(end - start) for start, end in pairwise(times))
+    return Bitstream(area=area, clocks=tuple(clocks), synthesis_seconds=synthesis, route_seconds=tuple(routes))
+
+
+def _processor_seconds():
+    """Of this process and of the tools that have ended."""
+    return sum(os.times()[:4])
 
 
 def yosys(log: Path, *commands: str) -> None:

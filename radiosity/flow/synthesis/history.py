@@ -9,10 +9,13 @@ from golden.base.errors import InputError
 from golden.base.output import whole_file
 from radiosity.flow.synthesis.report import Row
 
-__all__ = ["HISTORY", "ROOT", "Commit", "Record", "add_record", "last_records", "measured_commit", "read_history"]
+__all__ = ["HISTORY", "MACHINE", "ROOT", "Commit", "Record", "add_record", "last_records", "machine_parameters",
+           "measured_commit", "read_history"]
 
 ROOT = Path(__file__).parents[3]
 HISTORY = ROOT / "docs" / "figures" / "history.csv"
+# Block and unit of the machine of a bitstream: an engine, its memory and its host.
+MACHINE = "board", "BoardShell"
 # What figures depend on.
 _SOURCES = ("hw", "golden", "pyproject.toml")
 
@@ -40,8 +43,8 @@ class Record:
     lut, ff, dsp, bram
         As in `Area`.
     options, routing, seeds, mhz
-        Options of nextpnr, ``timing-driven`` or ``routability-driven``, seeds of the placer, and the clock of each;
-        empty if it was not placed.
+        Options of nextpnr; ``timing-driven``, ``routability-driven``, or ``wirelength-driven`` of a bitstream; seeds of
+        the placer, and the clock of each; empty if it was not placed.
     mhz_grade_8
         The clock of the same routes on a device of speed grade 8; empty where it was not analysed.
     """
@@ -72,7 +75,8 @@ class Record:
         return cls(commit=measured.name, date=measured.date, unit=row.unit, latency=row.latency, lut=area.lut,
                    ff=area.ff, dsp=area.dsp, bram=area.bram, seeds=tuple(clock.seed for clock in row.clocks),
                    mhz=tuple(round(clock.mhz, 1) for clock in row.clocks),
-                   mhz_grade_8=tuple(round(clock.mhz_grade_8, 1) for clock in row.clocks), **where)
+                   mhz_grade_8=tuple(round(clock.mhz_grade_8, 1) for clock in row.clocks if clock.mhz_grade_8),
+                   **where)
 
     @property
     def key(self) -> tuple[str, ...]:
@@ -83,6 +87,12 @@ class Record:
 _NUMBERS = {"latency": lambda text: int(text) if text else None, "lut": int, "ff": int, "dsp": int, "bram": int,
             "seeds": lambda text: tuple(map(int, text.split())),
             **dict.fromkeys(("mhz", "mhz_grade_8"), lambda text: tuple(map(float, text.split())))}
+
+
+def machine_parameters(assignments: tuple[str, ...]) -> str:
+    """The parameters of a record of a machine of one cluster, from those that were given."""
+    clusters = "noc.columns=1", "noc.rows=1"
+    return " ".join((*(one for one in assignments if one not in clusters), *clusters))
 
 
 def measured_commit(root: Path = ROOT) -> Commit:

@@ -195,8 +195,8 @@ def changed_parameters(config: Config, usual: Config) -> str:
     return "".join(f" {path}={value}" for path, value in config.parameters().items() if value != expected[path])
 
 
-def spread(clocks) -> str:
-    """Clocks of several seeds in MHz, least, median and best; one alone is itself."""
+def spread(clocks, *, digits: int = 0) -> str:
+    """Clocks of several seeds in MHz, least, median and best; one alone is itself. ``digits`` follow the point."""
     clocks = sorted(clocks)
     shown = clocks if len(clocks) == 1 else [clocks[0], statistics.median(clocks), clocks[-1]]
-    return " / ".join(f"{mhz:.0f}" for mhz in shown)
+    return " / ".join(f"{mhz:.{digits}f}" for mhz in shown)

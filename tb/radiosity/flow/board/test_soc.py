@@ -25,7 +25,7 @@ from golden.scene.open import open_scene
 from radiosity.flow.board.soc import NEXTPNR, SOC
 from radiosity.flow.job_image import ImageFrusta, job_files
 from radiosity.flow.synthesis.family import Area
-from radiosity.flow.synthesis.flow import Clock
+from radiosity.flow.synthesis.flow import Bitstream, Clock
 
 ROOT = Path(__file__).parents[4]
 # Stands for the Python of LiteX: notes its words, writes what LiteX does, and finds no packages of this environment.
@@ -68,7 +68,8 @@ def tools(monkeypatch):
 
     def bitstream(*arguments, **options):
         calls.append((arguments, options))
-        return Area(lut=51, ff=52, dsp=53, bram=54), Clock(seed=3, mhz=41.25, path="a to b")
+        return Bitstream(area=Area(lut=51, ff=52, dsp=53, bram=54), clocks=(Clock(seed=3, mhz=41.25, path="a to b"),),
+                         synthesis_seconds=5, route_seconds=(6,))
 
     def write_core(top, *, config, preset, folder, ram_styles):
         (folder / "litex_soc").mkdir(parents=True)
@@ -155,7 +156,7 @@ def test_the_command_has_litex_and_the_tools_make_a_bitstream(litex, tools, tmp_
     ((sources, constraints, where, name), options), = tools
     assert sources == (folder / "radiosity_engine.sv", made / "gateware" / "top.v")
     assert (constraints, where, name) == ("LOCATE", made, "soc")
-    assert options == {"seed": 3, "options": ("--freq", "41", *NEXTPNR)}
+    assert options == {"seeds": (3,), "options": ("--freq", "41", *NEXTPNR)}
     figures = json.loads((made / "soc.figures.json").read_text())
     assert {word: figures[word] for word in ("lut", "ff", "dsp", "bram", "mhz", "seed")} == {
         "lut": 51, "ff": 52, "dsp": 53, "bram": 54, "mhz": 41.25, "seed": 3}

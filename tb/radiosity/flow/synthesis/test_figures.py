@@ -126,6 +126,19 @@ def test_a_unit_of_other_families_is_beside_its_own():
     assert text.count("* ") == 3
 
 
+def test_a_machine_that_is_routed_has_the_median_of_its_seeds():
+    """In its table, of which the shares are of an ECP5-85, and in sentences."""
+    machine = replace(BEFORE, preset="board", parameters="noc.columns=1 noc.rows=1", block="board", unit="BoardShell",
+                      lut=41_820, ff=8364, dsp=39, bram=52, seeds=(1, 2, 3, 4), mhz=(53.1, 50.0, 54.1, 51.1))
+    marked = "<!-- area: machine -->\n<!-- area: end -->\nat <!-- routed -->old<!-- routed: end --> here\n"
+    text = with_tables(marked, [machine, replace(machine, parameters="noc.columns=2", mhz=(1.0,), seeds=(1,))])
+    assert "\n| `BoardShell` | 41,820 (50 %) | 8,364 (10 %) | 39 (25 %) | 52 (25 %) | 50.0 / 52.1 / 54.1 |" in text
+    assert text.endswith("at <!-- routed -->52.1 MHz (median of seeds 1, 2, 3, 4)<!-- routed: end --> here\n")
+    assert with_tables(text, [replace(machine, seeds=(1,), mhz=(53.1,))]).endswith(
+        "at <!-- routed -->53.1 MHz (seed 1)<!-- routed: end --> here\n")
+    assert "an unknown clock" in with_tables(text, [])
+
+
 def test_the_command_writes_what_has_changed(tmp_path, monkeypatch):
     page = tmp_path / "README.md"
     page.write_text("<!-- area: main -->\n<!-- area: end -->\n")

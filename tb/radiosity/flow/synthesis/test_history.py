@@ -25,13 +25,16 @@ def record(name="a" * 10, **changes):
 def test_what_is_written_is_read(tmp_path):
     path = tmp_path / "figures" / "history.csv"
     assert read_history(path) == []
-    given = [record(), record(unit="Area", latency=None, seeds=(), mhz=(), mhz_grade_8=(), options="", routing="")]
+    bitstream = replace(ROW, clocks=tuple(replace(clock, mhz_grade_8=None) for clock in ROW.clocks))
+    given = [record(), Record.of(bitstream, Commit(name="b" * 10, date="2026-11-22"), **WHERE),
+             record(unit="Area", latency=None, seeds=(), mhz=(), mhz_grade_8=(), options="", routing="")]
     for one in given:
         add_record(one, path)
     assert read_history(path) == given
     assert given[0].mhz == (101.3, 99.0)
     assert given[0].mhz_grade_8 == (131.3, 129.0)
-    assert len(path.read_text().splitlines()) == 3
+    assert (given[1].mhz, given[1].mhz_grade_8) == ((101.3, 99.0), ())
+    assert len(path.read_text().splitlines()) == 4
 
 
 def test_the_last_record_of_a_unit_counts(tmp_path):
