@@ -6,10 +6,9 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.descriptor import ANY_CLUSTER, NEAR_ALIGNMENT, VERSION
 from golden.engine.memory_map import ALIGNMENT
-from hw.control.job_formats import DESCRIPTOR_WORDS, WORD_BITS, JobFormats, Kind, byte_of, elements
+from hw.control.job_formats import DESCRIPTOR_WORDS, WORD_BITS, Bundle, JobFormats, Kind, byte_of, elements
 from hw.memsys.load.serial_product import SerialProduct
 from hw.registers.error_code import ErrorCode
 

@@ -4,6 +4,7 @@ from amaranth.hdl import unsigned
 from amaranth.lib.data import StructLayout
 
 from golden.engine.config import Config
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.descriptor import DESCRIPTOR, Kind
 from golden.engine.jobs.result_formats import HitFormat, exceeding
@@ -14,7 +15,7 @@ from hw.memsys.patches.path_formats import PathFormats
 from hw.registers.error_code import ErrorCode
 
 __all__ = ["COMPLETION_WORDS", "DESCRIPTOR_BYTES", "DESCRIPTOR_WORDS", "IN_FLIGHT", "NEAR_INDEX",
-           "WORD_BITS", "WORD_BYTES", "JobFormats", "Kind", "byte_of", "elements"]
+           "WORD_BITS", "WORD_BYTES", "Bundle", "JobFormats", "Kind", "byte_of", "elements"]
 
 WORD_BYTES = 8
 WORD_BITS = 8 * WORD_BYTES
