@@ -81,6 +81,7 @@ class WithoutReset(Elaboratable):
         return m
 
 
+@pytest.mark.nightly
 def test_a_board_may_have_no_reset():
     job = board_view(BOARD, scene="cornell", pixels=(8, 8), cell=0.5).job
     shell = BoardShell(config=BOARD, program=record(job), divisor=DIVISOR, black_boxes=True)

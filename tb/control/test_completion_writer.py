@@ -242,6 +242,7 @@ def test_a_record_that_cannot_be_written(writer, fails):
     assert writer.failures[0][1] == RING + SIZE * min(fails)
 
 
+@pytest.mark.sim
 def test_sources_take_turns():
     """No source waits for more than one record of each other one."""
     writer = Writer()
@@ -271,6 +272,7 @@ def test_short_requests():
     Writer(**{"memory.length_bits": 1}).run((3, 3, 3), own=1, late=0.9).check()
 
 
+@pytest.mark.sim
 def test_a_reset_at_any_time_of_short_requests():
     """Between the requests of a record, and between their answers: each record is written once, whole."""
     writer = Writer(**{"memory.length_bits": 1})
@@ -279,7 +281,7 @@ def test_a_reset_at_any_time_of_short_requests():
         assert Counter(writer.sources) == {0: 2, 1: 2, 2: 2, NO_CLUSTER: 1}, f"stop {stop}"
 
 
-@pytest.mark.parametrize("fails", [4, 6, 7])
+@pytest.mark.parametrize("fails", [4, *(pytest.param(one, marks=pytest.mark.sim) for one in (6, 7))])
 def test_a_record_is_written_again_if_any_of_its_requests_fails(fails):
     """Four requests of two beats each; it is known with the last answer."""
     writer = Writer(**{"memory.length_bits": 1}).run((3, 3, 3), own=1, fails={fails})
@@ -287,6 +289,7 @@ def test_a_record_is_written_again_if_any_of_its_requests_fails(fails):
     assert [address for _, address in writer.failures] == [RING + SIZE]
 
 
+@pytest.mark.sim
 def test_a_reset_forgets_the_answers_of_the_requests_before_it():
     """One of four requests was refused, the others had no answer yet: the record is written again after the reset."""
     writer = Writer(**{"memory.length_bits": 1})

@@ -62,7 +62,7 @@ def test_a_queue_without_faults(benches, nodes):
     assert not any(found[-1][1]["status"][name] for name in ("busy", "halted", "failed"))
 
 
-@pytest.mark.parametrize("event", EVENTS)
+@pytest.mark.parametrize("event", [EVENTS[0], *(pytest.param(one, marks=pytest.mark.sim) for one in EVENTS[1:])])
 def test_an_event_at_any_time(benches, event):
     """With sections in flight, in a load, and while idle."""
     for cycle in range(3, 180, 53):

@@ -236,7 +236,8 @@ def test_results_that_the_machine_cannot_represent_are_refused(config):
     assert 0 < len(refusals) < len(ones)
 
 
-@pytest.mark.parametrize(("gaps", "slow"), [(0, 0), (0.5, 0), (0.1, 0.7)])
+@pytest.mark.parametrize(("gaps", "slow"), [
+    (0.1, 0.7), *(pytest.param(*one, marks=pytest.mark.sim) for one in ((0, 0), (0.5, 0)))])
 def test_sections_loads_and_refusals(dispatch, gaps, slow):
     for seed in range(3):
         draw = random.Random(seed)

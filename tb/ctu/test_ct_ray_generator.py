@@ -1,5 +1,6 @@
 """The ray generator requests golden's grid rays, subshell by subshell and shell by shell, in their order."""
 
+from functools import cache
 from itertools import pairwise
 
 import pytest
@@ -96,9 +97,14 @@ class TestCtRayGenerator(Bench):
             CtRayGenerator, self.config(), rows=rays.rows, columns=rays.columns)
 
 
+@cache
+def bench_of(**changes):
+    return ScheduleBench(CtRayGenerator(config=config_of({**CHANGES, **changes})), idle_limit=300, watchdog=100_000)
+
+
 def run(stages, changes, *, over=20, stalls=()):
     """The requests, the same in any case, and the cycles of transfers; a stage is over after some cycles."""
-    bench = ScheduleBench(CtRayGenerator(config=config_of({**CHANGES, **changes})), idle_limit=300, watchdog=100_000)
+    bench = bench_of(**changes)
     came = bench.run(
         Schedule(items={"i": [(0, item) for item in stages.items]}, first={"i_table": stages.tables},
                  stalls={"o": stalls}),
@@ -129,7 +135,7 @@ def in_flight(came, cycles):
             yield item["shell"], len(begun) - sum(end <= cycle for end in ended)
 
 
-@pytest.mark.parametrize("run_ahead", [0, 2])
+@pytest.mark.parametrize("run_ahead", [pytest.param(0, marks=pytest.mark.sim), 2])
 def test_stages_wait_for_those_before(run_ahead):
     stages = WindowStages("hemisphere", config_of({}), seed=9, sector=1, last_shell=4)
     came, cycles = run(stages, {"ctu.run_ahead": run_ahead}, over=60)
@@ -143,6 +149,7 @@ def test_a_barrier_between_subshells():
     assert any(stages > 1 for _, stages in begun), "shells of a subshell must overlap"
 
 
+@pytest.mark.sim
 def test_a_group_per_cycle():
     stages = WindowStages("hemisphere", config_of({}), seed=4, last_shell=6).only(slice(0, 0))
     check_rate(*run(stages, {}), stages)

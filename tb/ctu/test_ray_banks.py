@@ -74,6 +74,7 @@ def test_rate(simulator):
     simulate(make(MANY), __name__, ("a_ray_per_cycle",), simulator=simulator, memory=__name__, slots=MANY)
 
 
+@pytest.mark.sim
 def test_each_slot_leaves_once_for_each_shell():
     """In the order of requests, frustum after frustum, also when tags of generations run out."""
     dut = make(SLOTS)

@@ -109,6 +109,7 @@ def test_in_the_simulator(simulator):
     simulate(make(SLOTS), f"tb.ctu.ray_memory_bench,{__name__}", simulator=simulator, memory=__name__, slots=SLOTS)
 
 
+@pytest.mark.sim
 def test_each_slot_leaves_once_for_each_shell():
     """In the order of requests, frustum after frustum, also when tags of generations run out."""
     dut = make(SLOTS)

@@ -60,6 +60,7 @@ class TestSubshellWindows(Bench):
         assert cycles["o"][0] - entered[kept.argmax()] == latency
 
 
+@pytest.mark.sim
 class TestOtherIntervals(TestSubshellWindows):
     """Few subshells of a screen, with the least interval."""
 

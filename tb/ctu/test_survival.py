@@ -251,6 +251,7 @@ def test_decisions_of_golden(changes, seed, kind, stalls):
     assert bench.held, "the scan of the tiles must stall"
 
 
+@pytest.mark.sim
 def test_a_high_section_of_one_word_across_behind_a_wide_one():
     """Words are of 8 x 8 rays; the section has as many as the memory, and each counts by itself."""
     config = config_of({"ctu.pyramid_levels": 1, "icu.tile_bits": 1, "icu.rays": 256})
@@ -275,6 +276,7 @@ def test_a_high_section_of_one_word_across_behind_a_wide_one():
     assert all(differ)
 
 
+@pytest.mark.sim
 def test_what_lies_behind_column_0():
     """Of a window that goes round all squares count, whichever of its rows they are in."""
     case = Case(config_of({"ctu.pyramid_levels": 2}), 11, screen=False, whole=True)

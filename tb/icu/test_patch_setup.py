@@ -148,6 +148,7 @@ def run(name, patches, **regime):
     return component, bench.cycles
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize(("name", "kind", "whole"), [
     RUNS[1], *(pytest.param(*other, marks=pytest.mark.nightly) for other in (RUNS[0], *RUNS[2:]))])
 def test_a_quad_every_four_cycles(name, kind, whole):
@@ -166,6 +167,7 @@ def test_the_vectors_hold_every_case():
     coverage.check()
 
 
+@pytest.mark.sim
 def test_vertices_wait_while_all_slots_are_taken():
     patches = Patches("hemisphere", config_of({}), whole=True)
     _, cycles = run("default", patches, stalls=[700, *(k % 7 for k in range(COUNT))])

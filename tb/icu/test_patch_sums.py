@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cocotb.triggers import ClockCycles, RisingEdge
 from cocotb.utils import get_sim_time
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from golden.cast.hemisphere import Hemisphere
@@ -233,7 +233,7 @@ HITS = st.builds(lambda patch, row: items([patch], [row])[0], st.sampled_from((-
                  st.sampled_from((0, 1, ROWS, ROWS + 1)))
 
 
-@SETTINGS
+@settings(SETTINGS, max_examples=10)
 @given(schedules({"i": HITS, "i_read": st.just(0)}, ["o"]))
 def test_reads_at_any_time(schedule):
     """A hit is in the sums of the first read that is accepted after it."""

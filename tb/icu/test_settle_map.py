@@ -55,7 +55,9 @@ def compare(word, tile, at, writes):
         assert least <= code <= most, f"tile {tile} in cycle {at}: code {code}, not {least} to {most}"
 
 
-@pytest.mark.parametrize("changes", [{}, {"icu.tile_bits": 1}, {"icu.tile_bits": 3}, CONFIGURATIONS["narrow"]],
+@pytest.mark.parametrize("changes", [{}, *(
+    pytest.param(changes, marks=pytest.mark.sim)
+    for changes in ({"icu.tile_bits": 1}, {"icu.tile_bits": 3}, CONFIGURATIONS["narrow"]))],
                          ids=["default", "small tiles", "large tiles", "narrow"])
 def test_codes_are_never_too_large_and_never_lost(changes):
     """Over more frusta than there are tags: writes in consecutive cycles while the window walk looks on; then both
