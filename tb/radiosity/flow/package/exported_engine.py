@@ -30,9 +30,14 @@ def make(folder, *arguments):
 
 
 def waiting(text: str) -> list[str]:
-    """Blocks that wait for another event than an edge of a clock or reset, and signals that exist to wake them."""
-    blocks = re.findall(r"(?m)^ *always(?!_comb\b| @\((?:pos|neg)edge ).*", text)
-    return blocks + re.findall(r"\S*dump_module\S*", text)
+    """Blocks that wait for an event that not each dialect has at time 0, and signals with such an event.
+
+    Those of a clock or reset may wait, and those that depend on a signal with a nonblocking assignment at time 0.
+    """
+    started = "".join(
+        module.replace("always @* begin\n    if (\\$start ) begin end\n", "")
+        if "\n  initial \\$start <= 1'b0;\n" in module else module for module in re.split(r"(?m)^(?=module )", text))
+    return re.findall(r"(?m)^ *always(?!_comb\b| @\((?:pos|neg)edge ).*|\S*dump_module\S*", started)
 
 
 def written(folder: Path, *arguments: str, hash_seed: str = "0") -> dict[str, bytes]:
