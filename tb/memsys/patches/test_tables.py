@@ -1,9 +1,7 @@
 """The tables of a cluster, against golden's scene: cells, lists, residence, geometry."""
 
 import random
-from itertools import pairwise
-
-from amaranth.sim import Simulator
+from itertools import repeat
 
 from golden.engine.config import PRESETS
 from hw.memsys.patches.cell_table import CellTable
@@ -11,6 +9,7 @@ from hw.memsys.patches.local_patch_geometry import LocalPatchGeometry
 from hw.memsys.patches.patch_table import PatchTable
 from hw.memsys.patches.patch_type_memory import PatchTypeMemory
 from tb.lib.bench import Bench, Vectors
+from tb.lib.stages import Expand, Rigid, passage
 from tb.memsys.patch_words import load_of
 
 CHANGES = {"memsys.scene_cells": 64, "memsys.own_cells": 32, "memsys.own_entries": 64, "memsys.own_patches": 16,
@@ -26,14 +25,17 @@ class Table(Bench):
     changes, variants, splits, cycles = CHANGES, ({},), False, 100_000
     sides = ("",)
 
-    def unstalled(self, given, cycles, half):
-        return {name: times[:len(times) // 2 - 1] for name, times in cycles.items()}
+    def stages(self, component, config):
+        """Of one side."""
+        return [Rigid(component.latency)]
 
-    def check_times(self, given, cycles, latency):
+    def predict(self, given, trace, component, config):
+        """Sides do not stall each other."""
+        found = {}
         for side in self.sides:
-            entered, left = cycles[f"i{side}"], cycles[f"o{side}"]
-            assert left[0] - entered[0] == latency
-            assert {b - a for a, b in pairwise(max((entered, left), key=len))} == {1}
+            found[f"i{side}"], found[f"o{side}"] = passage(
+                self.stages(component, config), trace.offered[f"i{side}"], trace.stalled[f"o{side}"])
+        return found
 
 
 def cells(draw):
@@ -49,7 +51,7 @@ def found_cell(number, record, lists):
     """What the table says of a cell."""
     pointer, count = record
     if number >= CONFIG.memsys.own_cells:
-        return {"cell": number, "list": {}, "is_own": 0, "is_empty": 0, "wrong": 0}
+        return {"cell": number, "list": {"pointer": None, "count": None}, "is_own": 0, "is_empty": 0, "wrong": 0}
     end = pointer + count
     return {"cell": number, "list": {"pointer": pointer, "count": count}, "is_own": end <= CONFIG.memsys.own_entries,
             "is_empty": count == 0, "wrong": end > lists}
@@ -59,51 +61,22 @@ class TestCellTable(Table):
     component = CellTable
 
     def vectors(self, config):
+        """What the block RAM holds in the row of a cell that has no record here does not matter."""
         draw = random.Random(1)
         lists, records = cells(draw)
         requests = [draw.randrange(len(records)) for _ in range(60)] + list(range(len(records)))
-        # What the block RAM holds of a cell that has no record here does not matter: the requested cell has one.
-        requests = [number for number in requests if number < config.memsys.own_cells]
         return Vectors(inputs={"i": requests}, ports={"lists": lists},
                        expected={"o": [found_cell(number, records[number], lists) for number in requests]},
                        first={"i_load": [{"address": number, "record": {"pointer": pointer, "count": count}}
                                          for number, (pointer, count) in enumerate(records)]})
 
 
-def test_cells_without_a_record_are_requested():
-    dut, came = CellTable(config=CONFIG), []
-
-    async def drive(ctx):
-        ctx.set(dut.lists, 100)
-        ctx.set(dut.o.ready, 1)
-        for number in range(32):
-            # All wrong, and so are those that have no entry here.
-            ctx.set(dut.i_load.payload, {"address": number + 32 * (number % 2), "record": {"pointer": 100, "count": 1}})
-            ctx.set(dut.i_load.valid, 1)
-            await ctx.tick()
-        ctx.set(dut.i_load.valid, 0)
-        await ctx.tick().repeat(4)
-        for number in (2, 34, 63):
-            ctx.set(dut.i.payload, number)
-            ctx.set(dut.i.valid, 1)
-            await ctx.tick()
-        ctx.set(dut.i.valid, 0)
-        for _ in range(3):
-            came.append((ctx.get(dut.o.payload.cell), ctx.get(dut.o.payload.wrong), ctx.get(dut.o.payload.is_own),
-                         ctx.get(dut.o.payload.is_empty)))
-            await ctx.tick()
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.run()
-    # The first one was seen a cycle before.
-    assert (34, 0, 0, 0) in came
-    assert (63, 0, 0, 0) in came
-
-
 class TestPatchTable(Table):
     component = PatchTable
+
+    def stages(self, component, config):
+        counts = (given["count"] for given in self.now.inputs["i"])
+        return [Rigid(1), Expand(counts, holds=True), Rigid(component.latency - 1)]
 
     def vectors(self, config):
         draw, patches = random.Random(2), 50
@@ -149,6 +122,9 @@ class TestPatchTypeMemory(Table):
 
 class TestLocalPatchGeometry(Table):
     component, sides = LocalPatchGeometry, ("", "_remote")
+
+    def stages(self, component, config):
+        return [Rigid(1), Expand(repeat(4), holds=True), Rigid(component.latency - 1)]
 
     def vectors(self, config):
         draw, cluster = random.Random(4), 1

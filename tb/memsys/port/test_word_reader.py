@@ -1,81 +1,52 @@
-import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from collections import deque
 
-from golden.engine.config import PRESETS
 from hw.memsys.port.word_reader import WordReader
-from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
-from tb.lib.timing import documented_latency
-
-LENGTH_BITS = 2
-MOST = 1 << LENGTH_BITS
-CONFIGS = {bits: PRESETS["tiny"].replace({"memory.data_bits": bits, "memory.length_bits": LENGTH_BITS})
-           for bits in (64, 128, 256, 512)}
-BENCHES = {bits: ScheduleBench(WordReader(config=config), ["i", "i_reply"], ["o", "o_request"])
-           for bits, config in CONFIGS.items()}
-EXTENT = st.builds(lambda word, count, narrow: {"address": (4 if narrow else 8) * word, "length": count - 1,
-                                                "narrow": int(narrow)},
-                   st.integers(0, 4000), st.integers(1, 22), st.booleans())
-STALLS = st.lists(st.integers(0, 4), max_size=30)
+from tb.lib.bench import Bench
 
 
-def byte_at(address):
-    return (address * 37 ^ address >> 3) & 0xFF
+class TestWordReader(Bench):
+    component, changes, span = WordReader, {"memory.length_bits": 2}, 400
+    variants = [{"memory.data_bits": bits} for bits in (64, 128, 256, 512)]
 
+    def model(self, config):
+        """All beats of an extent, as many as there may be in each request; the words of the beats that come."""
+        size, most = config.memory.beat_bytes, 1 << config.memory.length_bits
+        depth, extents, beats, at, self.outstanding = max(2, config.memory.outstanding), deque(), None, None, 0
+        given = yield
+        while True:
+            reply, extent, word = given.i_reply, extents[0] if extents else None, None
+            accepts = beats is None and len(extents) < depth
+            if extent:
+                width = 4 if extent["narrow"] else 8
+                address, left = at or (extent["address"], extent["length"])
+                ends = left == 0 or address % size == size - width
+                word = reply and {"last": int(left == 0), "error": reply["error"],
+                                  "data": reply["data"] >> 8 * (address % size) & (1 << 8 * width) - 1}
+            outputs = {
+                "i": accepts, "o": word, "i_reply": given.o and extent is not None and ends,
+                "o_request": None if beats is None else {
+                    "address": size * beats[0], "length": min(most, beats[1] + 1) - 1, "tag": 0}}
+            if word and given.o:
+                at = (address + width, left - 1)
+                if left == 0:
+                    at = None
+                    extents.popleft()
+            if beats and given.o_request:
+                first, further = beats
+                self.outstanding += min(most, further + 1)
+                beats = (first + most, further - most) if further >= most else None
+            if given.i and accepts:
+                extents.append(given.i)
+                first, width = given.i["address"] // size, 4 if given.i["narrow"] else 8
+                beats = first, (given.i["address"] + width * given.i["length"]) // size - first
+            given = yield outputs
 
-def words(extent):
-    """Bytes of memory, word by word."""
-    size = 4 if extent["narrow"] else 8
-    first = extent["address"]
-    return [int.from_bytes(bytes(byte_at(first + size * k + j) for j in range(size)), "little")
-            for k in range(extent["length"] + 1)]
-
-
-def requests(extent, beat_bytes):
-    """First bytes and lengths: all beats of an extent, as many as there may be in each request."""
-    size = 4 if extent["narrow"] else 8
-    address = extent["address"]
-    first, last = address // beat_bytes, (address + size * extent["length"]) // beat_bytes
-    return [{"address": beat_bytes * beat, "length": min(MOST, last - beat + 1) - 1, "tag": 0}
-            for beat in range(first, last + 1, MOST)]
-
-
-def replies(requested, errors, beat_bytes):
-    """Beats of the requests in order; of some, errors."""
-    beats = [(request["address"] + beat_bytes * k, k == request["length"]) for request in requested
-             for k in range(request["length"] + 1)]
-    return [{"data": int.from_bytes(bytes(byte_at(address + j) for j in range(beat_bytes)), "little"), "tag": 0,
-             "last": int(last), "error": int(number in errors)} for number, (address, last) in enumerate(beats)]
-
-
-@pytest.mark.parametrize("bits", CONFIGS)
-@SETTINGS
-@given(extents=st.lists(st.tuples(st.integers(0, 3), EXTENT), min_size=1, max_size=5), gaps=STALLS, slow=STALLS,
-       stalls=STALLS, errors=st.sets(st.integers(0, 12), max_size=2))
-def test_words_are_the_bytes_of_memory(bits, extents, gaps, slow, stalls, errors):
-    size = bits // 8
-    requested = [request for _, extent in extents for request in requests(extent, size)]
-    beats, gap = replies(requested, errors, size), iter(gaps)
-    schedule = Schedule(items={"i": extents, "i_reply": [(next(gap, 0), beat) for beat in beats]},
-                        stalls={"o": stalls, "o_request": slow})
-    found = BENCHES[bits].run(schedule)
-    assert found["o_request"] == requested
-    expected = [(word, int(index == extent["length"])) for _, extent in extents
-                for index, word in enumerate(words(extent))]
-    assert [word["last"] for word in found["o"]] == [last for _, last in expected]
-    assert [word["data"] % (1 << 32 if narrow else 1 << 64) for word, narrow in zip(found["o"], [
-        extent["narrow"] for _, extent in extents for _ in words(extent)], strict=True)] == [
-            word for word, _ in expected]
-    assert sum(word["error"] for word in found["o"]) >= bool(errors & set(range(len(beats))))
-    assert errors or not any(word["error"] for word in found["o"])
-
-
-@pytest.mark.parametrize("bits", CONFIGS)
-def test_latency(bits):
-    extent, bench, latency = {"address": 8, "length": 1, "narrow": 0}, BENCHES[bits], WordReader.latency
-    beats = replies(requests(extent, bits // 8), (), bits // 8)
-    bench.run(Schedule(items={"i": [(0, extent)], "i_reply": [(9, beat) for beat in beats]}, stalls={}))
-    cycles = bench.cycles
-    assert cycles["o_request"][0] - cycles["i"][0] <= latency == documented_latency(WordReader, CONFIGS[bits])
-    # A beat is accepted with the last of its words.
-    assert cycles["o"][0] == cycles["i_reply"][0] - (min(bits // 64 - 1, 2) - 1 if bits > 64 else 0)
+    def items(self, name, shape, random):
+        """Extents of some beats at any word; beats that have been requested, some of them errors."""
+        for item in super().items(name, shape, random):
+            if name == "i":
+                width = 4 if item["narrow"] else 8
+                yield item | {"length": random.randrange(22), "address": item["address"] % (1 << 30) // width * width}
+            else:
+                yield item if self.outstanding else None
+                self.outstanding -= self.outstanding > 0
