@@ -15,7 +15,7 @@ COARSE = Hemisphere(64, 32)
 SIDE = 0.1 * np.pi / 2 / 32
 # Around the origin: its rows are closed.
 ROOM = box((-2, -2, -2), (2, 2, 2))
-PLACEMENTS = 100
+PLACEMENTS = 40
 
 
 @pytest.mark.parametrize("hemisphere", [Hemisphere(64, 16), Hemisphere(8, 4), Hemisphere(2048, 4)])

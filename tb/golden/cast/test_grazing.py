@@ -64,7 +64,7 @@ def grazing(seed, ray):
     return None
 
 
-@pytest.mark.parametrize(("seed", "ray"), [(1, 551), (2, 118)])
+@pytest.mark.parametrize(("seed", "ray"), [pytest.param(1, 551, marks=pytest.mark.nightly), (2, 118)])
 def test_shelling_may_lose_a_hit_that_is_beside_its_patch(seed, ray):
     frustum = grazing(seed, ray)
     naive, (shelling, _) = frustum.naive(), frustum.shelling()
@@ -90,7 +90,7 @@ def beside(geometry, record, hits):
     return np.maximum(np.maximum(vertices.min(axis=1) - point, point - vertices.max(axis=1)), 0).max(initial=0)
 
 
-@pytest.mark.parametrize("name", ["cornell", "lobby", "room1627", "teapot:4"])
+@pytest.mark.parametrize("name", ["cornell", "teapot:4"])
 def test_hits_of_rooms_are_on_their_patches_within_the_slack(name):
     scene = builtin_scene(name)
     for seed in range(3):

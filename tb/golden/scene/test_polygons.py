@@ -67,17 +67,6 @@ def test_a_convex_polygon_becomes_as_few_quads_as_there_can_be(count):
     assert len(check_cut(star(count, count, spread=0.0))) == (count - 1) // 2
 
 
-def test_a_concave_polygon_is_not_covered_outside_of_it():
-    ell = np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 2, 0), (0, 2, 0)], dtype=float)
-    patches = check_cut(ell)
-    assert not any((patch.mean(axis=0)[:2] > 1).all() for patch in patches)
-
-
-def test_a_concave_quad_becomes_two_triangles_inside_of_it():
-    dart = np.array([(0, 0, 0), (4, 0, 0), (1, 1, 0), (0, 4, 0)], dtype=float)
-    assert len(check_cut(dart)) == 2
-
-
 def test_vertices_on_straight_sides_stay_corners_for_the_neighbours():
     points = np.array([(0, 0, 0), (0.5, 0, 0), (1, 0, 0), (1, 1 / 3, 0), (1, 2 / 3, 0), (1, 1, 0), (0, 1, 0)])
     check_cut(points @ rotation(3).T)
@@ -217,10 +206,6 @@ def edges_of(corners):
     return set(zip(corners, [*corners[1:], corners[0]], strict=True))
 
 
-def test_every_edge_of_a_closed_box_is_shared_once():
-    assert len(shared_edges(box(), np.zeros(6))) == 12
-
-
 def test_only_a_closed_body_whose_fronts_look_inwards_is_inside_out():
     outwards, inwards = box() + 5, box()[:, ::-1] - 5
     patches = np.concatenate((outwards, inwards, inwards[:5] + 20))
@@ -230,19 +215,6 @@ def test_only_a_closed_body_whose_fronts_look_inwards_is_inside_out():
 def test_a_box_has_six_surfaces_and_no_smooth_edge():
     assert surface_numbers(box(), np.zeros(6)).tolist() == list(range(6))
     assert smooth_numbers(box(), np.zeros(6), crease=30).tolist() == list(range(6))
-
-
-def test_the_facets_of_a_round_cylinder_are_smooth_and_its_lids_are_not():
-    angle = np.linspace(0, 2 * np.pi, 33)[:-1]
-    ring = np.stack((np.cos(angle), np.sin(angle)), axis=1)
-    low, high = (np.column_stack((ring, np.full(32, z))) for z in (0.0, 1.0))
-    side = np.stack((low, np.roll(low, -1, 0), np.roll(high, -1, 0), high), axis=1)
-    lids = np.concatenate((cut_polygon(high), cut_polygon(low[::-1])))
-    patches = np.concatenate((side, lids))
-    smooth = smooth_numbers(patches, np.zeros(len(patches)), crease=30)
-    assert len(set(smooth[:32])) == 1
-    assert len(set(smooth)) == 3
-    assert len(set(surface_numbers(patches, np.zeros(len(patches))))) == 34
 
 
 def test_the_narrow_facets_of_a_long_thin_rod_are_not_one_surface():

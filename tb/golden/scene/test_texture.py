@@ -80,14 +80,6 @@ def textured(folder, faces, *, more="", name="a.obj"):
     return write(folder, name, "mtllib a.mtl\n" + SQUARE + uv + "usemtl a\n" + faces)
 
 
-@pytest.mark.parametrize("number", range(4))
-def test_a_floor_of_an_obj_has_the_colour_of_its_part(tmp_path, number):
-    first = 4 * number + 1
-    face = "f " + " ".join(f"{corner}/{first + corner - 1}" for corner in (1, 2, 3, 4)) + "\n"
-    scene = load_scene(textured(tmp_path, face))
-    assert scene.channels("diffuse") == pytest.approx(np.array([list(CORNERS)[number]]) / 255, abs=1e-9)
-
-
 def test_faces_of_one_material_have_their_own_colours_and_halves_of_a_quad_one(tmp_path):
     path = textured(tmp_path, "f 1/1 2/2 3/7\nf 1/1 3/7 4/8\n")
     scene = load_scene(path)

@@ -188,13 +188,6 @@ def test_halves_of_a_part_count_by_their_areas(tmp_path, corners):
     assert found == pytest.approx(expected, abs=1e-9)
 
 
-def test_triangles_have_the_means_of_their_half_alone(tmp_path):
-    scene = painted(tmp_path, "f 1/1 2/2 3/3\n")
-    scene = replace(scene, textures=replace(scene.textures, colour=np.ones((1, 3))))
-    expected = picture().means(np.array([[(0, 0), (1, 0), (1, 1)]], dtype=float))
-    assert scene.textures.mean_ratio(np.array([0]), scene.vertices) == pytest.approx(expected)
-
-
 @pytest.mark.parametrize("cut", [lambda scene: refine(scene, max_edge=0.7).scene, lambda scene: halved(scene, 9),
                                  lambda scene: scene.with_parts(np.array([1, 0, 1]))])
 def test_parts_of_patches_show_the_same_places(tmp_path, cut):

@@ -4,7 +4,6 @@ import pytest
 from golden.base.errors import InputError
 from golden.cast.oracle import Oracle
 from golden.engine.cast.differences import oracle_rays
-from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.config import PRESETS
 from golden.engine.icu.intersection import intersect
@@ -43,15 +42,13 @@ def assert_windows_change_nothing(geometry, record):
         assert lazy or skipped == 0
 
 
-@pytest.mark.parametrize("where", WHERE)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "where"), list(enumerate(WHERE)))
 def test_windows_and_lazy_isolation_change_no_hit_of_a_hemisphere(seed, where):
     _, geometry, record = soup_case(seed, where)
     assert_windows_change_nothing(geometry, record)
 
 
-@pytest.mark.parametrize("fov", [1, 40, 120, 170])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "fov"), list(enumerate([1, 40, 120, 170])))
 def test_windows_and_lazy_isolation_change_no_hit_of_a_screen(seed, fov):
     scene, random = soup(seed, 40), np.random.default_rng(seed)
     near = scene.vertices[5, :3].mean(axis=0) + 1e-3 * random.normal(size=3)
@@ -66,7 +63,7 @@ def test_lazy_isolation_skips_tests():
     assert skipped > 0.05 * rays
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_order_of_the_patches_does_not_matter(seed):
     _, geometry, record = soup_case(7, "anywhere")
     straight = NaiveFixed(geometry, CONFIG).cast(record)
@@ -113,22 +110,6 @@ def test_the_source_is_never_hit_and_its_neighbours_are():
     hits = NaiveFixed(geometry, CONFIG).cast(record)
     assert (hits.patch >= 0).all()
     assert (scene.surface[hits.patch] != scene.surface[patch]).all()
-
-
-@pytest.mark.parametrize("fov", [2, 40, 150])
-def test_a_closed_room_fills_the_screen(fov):
-    scene = builtin_scene("furnace:4")
-    camera = Camera(eye=(0.4, 0.5, 0.6), target=(0.9, 0.8, 0.1), fov=fov)
-    geometry, record = screen_in(scene, camera)
-    assert NaiveFixed(geometry, CONFIG).cast(record).patch.min() >= 0
-
-
-def test_differences_are_of_any_field():
-    hits = FixedHits(**{name: np.zeros(4, int) for name in ("inverse", "patch", "u", "v")})
-    other = FixedHits(inverse=np.array([0, 1, 0, 0]), patch=np.zeros(4, int), u=np.array([0, 0, 0, 1]),
-                      v=np.zeros(4, int))
-    assert hits.differences(hits).tolist() == []
-    assert hits.differences(other).tolist() == [1, 3]
 
 
 def test_a_frustum_beyond_the_ray_memory_is_refused():

@@ -161,7 +161,7 @@ def test_golden_reads_no_parameter_that_is_documented_as_the_hardwares():
     assert len(hardware) >= 30
     source = "\n".join(path.read_text() for path in GOLDEN.rglob("*.py")
                        if path.parent.name not in ("config", "jobs", "machines", "schedule"))
-    assert not [path for path in hardware if re.search(rf"\b{re.escape(path)}\b", source)]
+    assert not [path for path in hardware if path in source and re.search(rf"\b{re.escape(path)}\b", source)]
 
 
 def test_every_parameter_is_documented():

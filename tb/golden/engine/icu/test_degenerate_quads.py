@@ -19,7 +19,7 @@ from golden.engine.icu.edge_planes import EdgePlanes
 from golden.engine.icu.ipbb import ImagePlaneWindows
 from golden.engine.icu.sbb import SphericalWindows
 from golden.engine.icu.screening import edge_distances, inside
-from tb.golden.engine.icu.patches import CONFIG, hemisphere, meeting, screen, setup
+from tb.golden.engine.icu.patches import CONFIG, hemisphere, screen, setup
 
 
 def degenerate(count=60):
@@ -71,33 +71,6 @@ def rays_at(directions):
     length = np.maximum(np.linalg.norm(target, axis=2, keepdims=True), 1)
     rays = np.rint(target / length * 2**16).astype(np.int64).reshape(-1, 3)
     return np.repeat(np.arange(len(directions)), 17), rays
-
-
-@pytest.mark.parametrize("name", ["weakly convex", "triangles too"])
-def test_a_degenerate_quad_has_the_same_hits_split_or_not(quads, name):
-    directions, planes, others = quads
-    other = others[name]
-    assert (other.split != planes.split).any()
-    patch, rays = rays_at(directions)
-    distances = edge_distances(planes[patch], rays, CONFIG.numbers)
-    hit, orientation = inside(distances, planes[patch])
-    same, turned = inside(distances, other[patch])
-    assert (hit == same).all()
-    assert (orientation == turned)[hit].all()
-    assert hit.sum() > 1000
-    directions = hemisphere(32, 16).all_directions()
-    met, met_too = (set(zip(*meeting(these, directions), strict=True)) for these in (planes, other))
-    assert met == met_too
-
-
-@pytest.mark.parametrize("name", ["weakly convex", "triangles too"])
-@pytest.mark.parametrize("record", [hemisphere(64, 32), screen(40, 30)], ids=["hemisphere", "screen"])
-def test_a_degenerate_quad_has_the_same_window_split_or_not(quads, record, name):
-    directions, planes, others = quads
-    windows = (ImagePlaneWindows if record.is_screen else SphericalWindows)(record, CONFIG)
-    for one, other in zip(*(vars(windows.windows(directions, these)).values() for these in (planes, others[name])),
-                          strict=True):
-        assert (one == other).all()
 
 
 def test_quads_that_are_not_convex_need_to_be_split(quads):

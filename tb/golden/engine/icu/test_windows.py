@@ -5,7 +5,6 @@ import pytest
 
 from golden.cast.hemisphere import Hemisphere
 from golden.engine.frustum import hemisphere_record
-from golden.engine.icu import sbb
 from golden.engine.icu.ipbb import ImagePlaneWindows
 from golden.engine.icu.patch_setup import PatchSetup
 from golden.engine.icu.sbb import SphericalWindows
@@ -37,63 +36,14 @@ def test_no_ray_of_a_patch_is_outside_its_window(name):
         assert met > 0, kind
 
 
-def patches_between_table_entries(record, seed):
-    """Patches whose corners are directions of the tables, at random distances."""
-    random = np.random.default_rng(seed)
+def test_no_ray_of_a_patch_with_corners_in_the_table_is_outside_its_window():
+    """At random distances, half of them at the pole."""
+    record, random = hemisphere(512, 32), np.random.default_rng(3)
     column = random.integers(0, record.columns, (200, 1))
     row = np.where(np.arange(200) % 2, 0, random.integers(0, record.rows - 3, 200))[:, None]
     corners = record.directions((column + np.array([0, 3, 3, 0])) % record.columns, row + np.array([0, 0, 2, 2]))
-    return np.rint(corners * random.uniform(8, 36, (200, 4, 1))).astype(np.int64)
-
-
-@pytest.mark.parametrize("margins", [("azimuth_error", "azimuth_slack"), ("polar_error", "polar_slack")])
-def test_a_window_without_its_margins_loses_rays(margins):
-    record = hemisphere(512, 32)
-    windows, vertices = SphericalWindows(record, CONFIG), patches_between_table_entries(record, 3)
-    assert lost(windows, record, vertices)[0] == 0
-    for margin in margins:
-        setattr(windows, margin, 0 * getattr(windows, margin))
-    assert lost(windows, record, vertices)[0] > 0
-
-
-def test_near_the_pole_the_tables_error_turns_directions_by_more_than_cordic_does():
-    record = hemisphere(4096, 4096)
-    windows, vertices = SphericalWindows(record, CONFIG), patches_between_table_entries(record, 4)
-    pole = vertices[1::2]
-    column = np.arange(record.columns)
-    directions = record.directions(column, 0)
-    planes = setup(pole)[1]
-    assert windows.azimuth_slack[0] > 10 * windows.azimuth_error > 10 * windows.azimuth_slack[-1]
-
-    def rays_outside():
-        window = windows.windows(*setup(pole))
-        patch, ray = meeting(planes, directions)
-        return np.count_nonzero(~window[patch].holds(ray, 0, record.columns))
-
-    assert rays_outside() == 0
-    windows.azimuth_slack = np.zeros_like(windows.azimuth_slack)
-    assert rays_outside() > 0
-
-
-def test_a_screen_window_without_its_margin_loses_rays():
-    record = screen(256, 128)
-    random = np.random.default_rng(5)
-    column, row = random.integers(0, 247, (100, 1)), random.integers(0, 123, (100, 1))
-    corners = record.directions(column + np.array([0, 9, 9, 0]), row + np.array([0, 0, 5, 5]))
-    vertices = np.rint(corners * random.uniform(8, 36, (100, 4, 1))).astype(np.int64)
-    windows = ImagePlaneWindows(record, CONFIG)
-    assert lost(windows, record, vertices)[0] == 0
-    windows.error = -1
-    assert lost(windows, record, vertices)[0] > 0
-
-
-def test_an_edge_rises_above_its_ends(monkeypatch):
-    record = hemisphere(64, 64)
-    windows, vertices = SphericalWindows(record, CONFIG), hard_patches("wide", 6, 100)
-    assert lost(windows, record, vertices)[0] == 0
-    flat = np.zeros_like(sbb.sagitta_table(CONFIG.icu))
-    monkeypatch.setattr(sbb, "sagitta_table", lambda icu: flat)
-    assert lost(windows, record, vertices)[0] > 0
+    vertices = np.rint(corners * random.uniform(8, 36, (200, 4, 1))).astype(np.int64)
+    assert lost(SphericalWindows(record, CONFIG), record, vertices)[0] == 0
 
 
 def test_a_window_goes_on_over_azimuth_0():
@@ -134,7 +84,7 @@ def test_windows_are_tight():
     scene = builtin_scene("lobby")
     random = np.random.default_rng(7)
     held = met = 0
-    for _ in range(3):
+    for _ in range(2):
         origin = scene.bounds[0] + random.uniform(0.2, 0.8, 3) * (scene.bounds[1] - scene.bounds[0])
         geometry = PatchGeometry.of(scene, CONFIG.numbers, origin)
         record = hemisphere_record(Hemisphere(128, 64), geometry.coordinates, origin, (0, 0, -1))

@@ -12,7 +12,7 @@ from golden.engine.config import PRESETS
 from golden.engine.ctu.unit import CellTraversalUnit
 from golden.engine.frustum import hemisphere_record, screen_record
 from golden.engine.jobs.load_regions import LOADED_REGIONS, PHASE, SCENE, region_bits
-from golden.engine.memory_map import ALIGNMENT, MAGIC, REGIONS, MemoryImage, from_bytes, phase_image
+from golden.engine.memory_map import REGIONS, MemoryImage, from_bytes, phase_image
 from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.phase import schedule
@@ -73,17 +73,6 @@ def test_patches_have_a_kind(scene, phase):
     assert image["patches"].dtype.fields["kind"][1] == 13
     assert not image["patches"]["kind"].any()
     assert np.array_equal(image.vertices(), scene.geometry.vertices)
-
-
-def test_bytes_and_back_are_the_same_bytes(phase):
-    image = phase[2]
-    data = image.to_bytes()
-    back = from_bytes(data)
-    assert back.to_bytes() == data
-    assert data[:8] == MAGIC.to_bytes(4, "little") + bytes([3, 0, 0, 0])
-    assert all(np.array_equal(back[region.name], image[region.name]) for region in REGIONS)
-    assert all(offset % ALIGNMENT == 0 for offset in image.offsets.values())
-    assert image.size == len(data)
 
 
 def test_every_cluster_holds_all_patches_and_cluster_0_lists_them(scene, phase):

@@ -62,12 +62,6 @@ def test_the_most_sections_have_a_tile_each(columns, rows, most):
         tile_sections(columns, rows, CONFIG, clusters=2 * most)
 
 
-@pytest.mark.parametrize(("columns", "rows", "clusters"), [(1024, 4, 8), (8, 8, 8)])
-def test_more_sections_than_tiles_are_refused(columns, rows, clusters):
-    with pytest.raises(InputError, match="cannot be cut for 8 clusters"):
-        tile_sections(columns, rows, CONFIG, clusters=clusters)
-
-
 @pytest.mark.parametrize(("section", "expected"), [
     (Sector(0, 64, 0, 8), [Sector(0, 32, 0, 8), Sector(32, 64, 0, 8)]),
     (Sector(40, 62, 4, 9), [Sector(40, 52, 4, 9), Sector(52, 62, 4, 9)]),

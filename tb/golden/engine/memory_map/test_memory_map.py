@@ -63,39 +63,6 @@ def test_bytes_and_back_and_bytes_are_the_same_bytes(image, back):
         assert np.array_equal(back[region.name], image[region.name])
 
 
-def test_the_same_input_gives_the_same_bytes(scene, plan, image):
-    again = phase_image([scene.record], scene.geometry, scene.shelling.table, CONFIG, plan=plan,
-                        weights=None if scene.record.is_screen else WEIGHTS)
-    assert again.to_bytes() == image.to_bytes()
-
-
-def test_geometry_returns(scene, back):
-    assert np.array_equal(back.vertices(), scene.geometry.vertices)
-    assert np.array_equal(back["patches"]["surface"], scene.geometry.surface)
-    assert np.array_equal(back["patches"]["id"], np.arange(len(scene.geometry)))
-
-
-def test_cells_return_with_their_patches(scene, back):
-    table = scene.shelling.table
-    assert np.array_equal(back["cell_grid"]["lower"][0], table.lower)
-    assert np.array_equal(back["cell_grid"]["shape"][0], table.shape)
-    assert back["cell_grid"]["cell"][0] == table.cell
-    for number in range(0, len(table), 37):
-        pointer, count = (int(back["cells"][name][number]) for name in ("pointer", "count"))
-        expected = table.patches.read(table.entries(np.array([number])))
-        assert np.array_equal(back["patch_lists"]["patch"][pointer:pointer + count], expected)
-
-
-def test_the_schedule_returns(plan, back):
-    assert np.array_equal(back["clusters"]["processor"], plan.processor)
-    cluster, address = plan.sets.residence(len(back["patches"]))
-    assert np.array_equal(back["residence"]["cluster"], cluster)
-    assert np.array_equal(back["residence"]["address"], address)
-    for number, (held, listed) in enumerate(zip(plan.sets.patches, plan.subshells, strict=True)):
-        assert np.array_equal(back.residents(number), held)
-        assert np.array_equal(back.subshells(number), np.stack([listed.patches, listed.shell], axis=1))
-
-
 def test_grid_rays_can_be_made_from_the_tables_alone(scene, back):
     unit = CellTraversalUnit(scene.record, scene.shelling.table)
     assert len(back["shells"]) == unit.last_shell - 1

@@ -14,12 +14,12 @@ from golden.engine.noc.topology import TOPOLOGIES, Topology
 def test_a_packet_alone_takes_what_the_law_says(name, router_cycles):
     random = np.random.default_rng(5)
     routing = route(Topology(name, 4, 4), 2)
-    length = random.integers(1, 17, 20)
-    source, destination = random.integers(0, 16, (2, 20))
+    length = random.integers(1, 17, 8)
+    source, destination = random.integers(0, 16, (2, 8))
     # Each when the one before has arrived.
-    packets = Packets(source=source, destination=destination, length=length, made=np.arange(20) * 50,
-                      message=np.zeros(20, dtype=int))
-    arrivals = Network(routing, buffer_flits=8, router_cycles=router_cycles).run(packets, cycles=20 * 50)
+    packets = Packets(source=source, destination=destination, length=length, made=np.arange(8) * 50,
+                      message=np.zeros(8, dtype=int))
+    arrivals = Network(routing, buffer_flits=8, router_cycles=router_cycles).run(packets, cycles=8 * 50)
     took = arrivals.taken[np.cumsum(length) - 1] - packets.made
     law = zero_load_latency(routing.hops[source, destination], length, router_cycles=router_cycles)
     assert np.array_equal(took, law)

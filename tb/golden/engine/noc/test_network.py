@@ -75,7 +75,7 @@ def run(name, flits, seed, load, share=1):
 
 @pytest.mark.parametrize("name", TOPOLOGIES)
 def test_every_packet_arrives_once_whole_and_in_order(name):
-    run(name, flits=300, seed=1, load=0.5, share=3)
+    run(name, flits=150, seed=1, load=0.5, share=3)
 
 
 @pytest.mark.nightly

@@ -7,10 +7,8 @@ The hardware has golden's tables, so nothing else would notice a wrong entry tha
 from collections import deque
 from itertools import pairwise
 
-import numpy as np
 import pytest
 
-from golden.engine.noc.reach import reach
 from golden.engine.noc.routing import classes_needed, route
 from golden.engine.noc.topology import LOCAL, TOPOLOGIES, Topology
 
@@ -167,18 +165,3 @@ def test_classes_are_those_of_the_dateline(name, columns, rows):
                     after.add((node, destination))
     for where, (before, channel, _) in crossing.items():
         assert channel == (1 if where in after else before), where
-
-
-@pytest.mark.parametrize(("name", "columns", "rows", "channels"), [
-    ("mesh", 4, 2, 1), ("torus", 4, 4, 2), ("ring", 5, 1, 4)])
-def test_packets_reach_the_queues_on_their_paths_and_no_others(name, columns, rows, channels):
-    topology = Topology(name, columns, rows)
-    routing = route(topology, channels)
-    enters = set()
-    for source in range(topology.nodes):
-        for destination in range(topology.nodes):
-            enters.add((source, LOCAL, int(routing.entry[source, destination]), destination))
-            for node, output, channel in routing.path(source, destination):
-                (link,) = (link for link in topology.links if (link.source, link.output) == (node, output))
-                enters.add((link.target, link.input, channel, destination))
-    assert set(zip(*(axis.tolist() for axis in np.nonzero(reach(routing))), strict=True)) == enters

@@ -123,7 +123,8 @@ def cornell():
     return geometry, [*hemispheres, screen_record(Screen(camera=camera, width=40, height=30), geometry.coordinates)]
 
 
-@pytest.mark.parametrize("which", [slice(1), slice(2), slice(2, 3)], ids=["hemisphere", "two", "screen"])
+@pytest.mark.parametrize("which", [
+    slice(1), pytest.param(slice(2), marks=pytest.mark.nightly), slice(2, 3)], ids=["hemisphere", "two", "screen"])
 def test_the_least_prediction_is_chosen(cornell, which):
     geometry, records = cornell
     chosen = choose_cell(records[which], geometry, CONFIG)

@@ -15,7 +15,7 @@ from golden.engine.schedule.usage import cumulative_frequency
 from golden.scene.open import open_scene
 from tb.golden.engine.schedule.scenes import CONFIG, case
 
-SCENES = ["room1627", "cubes", "phone"]
+SCENES = ["room1627", *(pytest.param(name, marks=pytest.mark.nightly) for name in ("cubes", "phone"))]
 CAPACITY = 512
 
 

@@ -40,15 +40,6 @@ def test_negative_capacity_is_refused():
         resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=-1)
 
 
-def test_free_entries_are_filled_after_the_patches_found():
-    sets = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=4)
-    more = fill_up(sets, np.array([2, 8, 5, 0, 6]), np.array([0, 0, 1, 1, 0]), capacity=4)
-    assert [held.tolist() for held in more.patches] == [[4, 3, 2, 8], [9, 7, 1, 5]]
-    # Who holds more than that keeps it.
-    assert [held.tolist() for held in fill_up(sets, np.array([2]), np.array([1]), capacity=1).patches] == [
-        [4, 3], [9, 7, 1]]
-
-
 @settings(SETTINGS, max_examples=60)
 @given(held=st.lists(st.integers(0, 3), min_size=1, max_size=4), capacity=st.integers(0, 4), data=st.data())
 def test_patches_are_added_at_home_and_then_where_most_entries_are_free(held, capacity, data):
@@ -68,14 +59,3 @@ def test_patches_are_added_at_home_and_then_where_most_entries_are_free(held, ca
     assert [part.tolist() for part in found.patches] == [
         [*sets.patches[number].tolist(), *(patch for patch in sorted(chosen) if chosen[patch] == number)]
         for number in range(len(held))]
-
-
-def test_patches_beyond_the_home_capacity_go_where_most_entries_are_free():
-    sets = resident_sets(PATCHES, CLUSTER, FREQUENCY, clusters=2, capacity=5)
-    more = fill_up(sets, np.array([2, 8, 5, 0, 6, 10]), np.array([1, 1, 1, -1, 0, 1]), capacity=5)
-    # 2 and 8 fill cluster 1, 6 fits at home, and 5 and 0 take the rest; no capacity is left for 10.
-    assert [held.tolist() for held in more.patches] == [[4, 3, 5, 0, 6], [9, 7, 1, 2, 8]]
-    # Of equals the first.
-    spread = fill_up(resident_sets(PATCHES[:0], CLUSTER[:0], FREQUENCY[:0], clusters=3), np.arange(5), np.full(5, -1),
-                     capacity=2)
-    assert [held.tolist() for held in spread.patches] == [[0, 3], [1, 4], [2]]

@@ -21,18 +21,6 @@ def test_effectiveness_is_one_where_the_best_have_no_references_too():
     assert effectiveness([4, 5, 6], [0, 0, 0]).tolist() == []
 
 
-def test_effectiveness_of_the_dense_casting_itself_is_one():
-    dense = np.random.default_rng(1).integers(0, 100, 50)
-    assert (effectiveness(dense, dense) == 1).all()
-
-
-def test_effectiveness_never_exceeds_one():
-    random = np.random.default_rng(2)
-    for _ in range(50):
-        dense, sparse = random.integers(0, 9, (2, 30))
-        assert effectiveness(dense, sparse).max(initial=0) <= 1
-
-
 def test_cumulative_frequency_is_the_share_of_all_references():
     assert cumulative_frequency([10, 20, 40, 30], [0, 2]) == 0.5
     assert cumulative_frequency([10, 20, 40, 30], []) == 0

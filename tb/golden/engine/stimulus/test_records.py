@@ -16,8 +16,10 @@ CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10})
 
 
 @pytest.mark.parametrize(("scene", "clusters", "kind"), [
-    *((scene, 1 + 3 * (number % 2), {}) for number, scene in enumerate(SCENES)),
-    *((scene, 4 - 3 * (number % 2), {"pixels": (32, 24)}) for number, scene in enumerate(SCENES[:2])),
+    *(pytest.param(scene, 1 + 3 * (number % 2), {}, marks=[pytest.mark.nightly] * (number > 0))
+      for number, scene in enumerate(SCENES)),
+    *(pytest.param(scene, 4 - 3 * (number % 2), {"pixels": (32, 24)}, marks=[pytest.mark.nightly] * (number < 1))
+      for number, scene in enumerate(SCENES[:2])),
     ("cornell", 8, {"rays": (32, 16)})])
 def test_stages_follow_from_their_codes_and_the_hits_are_exact(scene, clusters, kind):
     for cell in CELLS[clusters == 1::2]:

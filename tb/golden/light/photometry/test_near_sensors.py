@@ -23,7 +23,7 @@ OPENING = rectangle((1, 0, 0.9), (0, 0, 1.4), (2, 0, 0))
 SCREEN = rectangle((1.3, 0.6, 0.2), (0.7, 0, 0), (0, 0, 1.9))
 
 
-def mean_of_hemisphere(position, normal, radiance, across=600):
+def mean_of_hemisphere(position, normal, radiance, across=300):
     """Irradiance over pi: the mean radiance of directions that are evenly spaced by the cosine."""
     share = (np.arange(across) + 0.5) / across
     radius, angle = np.sqrt(share)[:, None], 2 * np.pi * share

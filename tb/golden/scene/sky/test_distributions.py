@@ -39,20 +39,6 @@ def test_the_clear_sky_is_that_of_the_standard():
         (1 + 10 * (1 - np.exp(-1.5 * np.pi)) + 0.45) / near)
 
 
-@pytest.mark.parametrize(("clearness", "brightness", "parameters"), [
-    # By hand from table 1 of the paper, for a sun 1 radian from the zenith.
-    (1.04, 0.3, (0.5832, -0.4213, 1.7870, -1.0609, 0.0376)),
-    (1.3, 0.1, (-1.1694, -0.5666, 11.0695, -3.2136, 0.1168)),
-    (7.0, 0.1, (-0.9426, -0.1313, 17.4885, -5.4289, 1.0994))])
-def test_the_all_weather_sky_has_the_coefficients_of_its_class(clearness, brightness, parameters):
-    a, b, c, d, e = parameters
-    found = perez(clearness, brightness, 1.0)
-    for elevation, angle in ((90, 1.0), (20, 0.3), (5, 2.0)):
-        sine = np.sin(np.radians(elevation))
-        expected = (1 + a * np.exp(b / sine)) * (1 + c * np.exp(d * angle) + e * np.cos(angle) ** 2)
-        assert at(found, elevation, angle) == pytest.approx(expected, rel=2e-3)
-
-
 def test_no_sky_is_darker_than_black():
     sine, angle = np.meshgrid(np.linspace(0, 1, 30), np.linspace(0, np.pi, 30))
     for clearness in (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 9.0):

@@ -19,23 +19,6 @@ def test_classes_have_the_papers_bounds(clearness, number):
     assert clearness_class(clearness) == number
 
 
-def test_an_overcast_sky_has_no_direct_light():
-    diffuse, direct = Weather(direct=0.0, diffuse=200.0, zenith=np.radians(50)).illuminances
-    assert direct == 0
-    # Row 1 of table 4: 97.24 - 0.46 * 2 + 12 cos(z) - 8.91 ln(Delta)
-    brightness = Weather(direct=0.0, diffuse=200.0, zenith=np.radians(50)).brightness
-    assert diffuse == pytest.approx(200 * (96.32 + 12 * np.cos(np.radians(50)) - 8.91 * np.log(brightness)))
-
-
-def test_a_clear_sky_has_its_efficacies():
-    """Row 8 of table 4."""
-    weather = Weather(direct=900.0, diffuse=80.0, zenith=np.radians(30))
-    assert clearness_class(weather.clearness) == 7
-    diffuse, direct = weather.illuminances
-    assert diffuse / 80 == pytest.approx(152.93 - 45.27 * np.cos(np.radians(30)) - 7.98 * np.log(weather.brightness))
-    assert direct / 900 == pytest.approx(104.34 - 1.1 * np.exp(5.73 * np.radians(30) - 5) - 8.29 * weather.brightness)
-
-
 @pytest.mark.parametrize(("direct", "diffuse"), [(-1.0, 100.0), (100.0, 0.0), (2000.0, 100.0), (np.nan, 1.0)])
 def test_impossible_irradiances_are_refused(direct, diffuse):
     with pytest.raises(InputError, match="Weather must be"):
