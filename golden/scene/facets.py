@@ -3,29 +3,12 @@
 import numpy as np
 
 from golden.base.errors import InputError
-from golden.scene.adjacency import FLAT, patch_normals, rounded_sine
+from golden.scene.adjacency import FLAT, rounded_sine
 from golden.scene.mesh import Mesh, check_mesh
 from golden.scene.polygons import cut_polygon, is_convex_quad
 from golden.scene.scene import Scene
 
-__all__ = ["check_facets", "facet_scene"]
-
-
-def check_facets(patches: np.ndarray, where: str) -> None:
-    """N x 4 x 3 patches, a triangle repeating its last vertex, are planar, strictly convex and have areas.
-
-    Raises
-    ------
-    InputError
-        One is not; facets are counted from 1.
-    """
-    quads = np.flatnonzero((patches[:, 3] != patches[:, 2]).any(axis=1))
-    bent = quads[~is_convex_quad(patches[quads])]
-    if len(bent):
-        raise InputError(f"{where}: facet {bent[0] + 1} is not planar and strictly convex")
-    flat = np.flatnonzero(patch_normals(patches)[1] == 0)
-    if len(flat):
-        raise InputError(f"{where}: facet {flat[0] + 1} has no area")
+__all__ = ["facet_scene"]
 
 
 def facet_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:

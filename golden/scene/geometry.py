@@ -1,83 +1,30 @@
-"""Scenes of vertices and meshes that a program has."""
-
-from collections.abc import Mapping
-from dataclasses import replace
-
-import numpy as np
+"""Scenes, or vertices and meshes that a program has."""
 
 from golden.base.errors import InputError
-from golden.scene.appearance import UNSPECIFIED
-from golden.scene.facets import check_facets
-from golden.scene.material import Material
 from golden.scene.scene import Scene
 
 __all__ = ["geometry_scene"]
 
 
-def geometry_scene(geometry, *, faces=None, names=None, materials: Mapping[str, Material] | None = None,
-                   two_sided: bool = False, **more) -> Scene:
+def geometry_scene(geometry, *, names=None, two_sided: bool = False) -> Scene:
     """The scene of facets, in their order.
 
     Parameters
     ----------
     geometry
-        N x 3 x 3 triangles or N x 4 x 3 quadrilaterals (a triangle repeats its last vertex), counter-clockwise as seen
-        from the front; an object with such ``triangles``, as `trimesh.Trimesh`; or a `Scene`, which stays as it is.
-        With ``faces`` P x 3 points.
-    faces
-        N x 3 or N x 4 numbers of points. Default: the geometry has the corners themselves.
-    names
-        N names of surfaces. Default: one name for all.
-    materials
-        The material of each name. Default, and of other names: half of the light is reflected diffusely.
-    two_sided
-        Whether backs radiate like fronts.
-    more
-        Further arguments of the `Scene`, such as ``camera`` and ``lights``.
+        What `Scene.from_arrays` takes as vertices; an object with such ``triangles``, as `trimesh.Trimesh`; or a
+        `Scene`, which stays as it is.
+    names, two_sided
+        See `Scene.from_arrays`.
 
     Raises
     ------
     InputError
         Shapes do not match; a facet is not planar, not strictly convex, or has no area.
     """
-    if isinstance(geometry, Scene):
-        if names is not None or two_sided:
-            raise InputError("geometry: Names and sides must be those of the scene",
-                             parameter="two_sided" if names is None else "names")
-        return geometry
-    if not isinstance(two_sided, bool | np.bool_):
-        raise InputError(f"geometry: Two sided must be True or False, not {two_sided!r}", parameter="two_sided")
-    vertices = _corners(geometry, faces)
-    check_facets(vertices, "geometry")
-    count = len(vertices)
-    names = [UNSPECIFIED.name] * count if names is None else [str(name) for name in names]
-    if len(names) != count:
-        raise InputError(f"geometry: Names must be one for each of {count} facets, not {len(names)}", parameter="names")
-    known = {name: number for number, name in enumerate(dict.fromkeys(names))}
-    return Scene(vertices=vertices, material=[known[name] for name in names], two_sided=np.full(count, two_sided),
-                 materials=tuple(replace((materials or {}).get(name, UNSPECIFIED), name=name) for name in known),
-                 **{"name": "facets", **more})
-
-
-def _corners(geometry, faces):
-    """N x 4 x 3 corners."""
-    try:
-        vertices = np.asarray(getattr(geometry, "triangles", geometry), dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("geometry: Geometry must be a Scene, a mesh of triangles or N x 3 x 3 or N x 4 x 3 "
-                         f"vertices, not {type(geometry).__name__}", parameter="geometry") from None
-    if faces is not None:
-        corners = np.asarray(faces)
-        if vertices.ndim != 2 or vertices.shape[1] != 3 or corners.ndim != 2 or corners.dtype.kind not in "iu":
-            raise InputError("geometry: Faces must be N x 3 or N x 4 whole numbers of P x 3 points, not "
-                             f"{corners.dtype} {corners.shape!r} of {vertices.shape!r}", parameter="faces")
-        if corners.size and not 0 <= corners.min() <= corners.max() < len(vertices):
-            raise InputError(f"geometry: Faces must be numbers below {len(vertices)}, not {corners.min()} to "
-                             f"{corners.max()}", parameter="faces")
-        vertices = vertices[corners]
-    if vertices.ndim != 3 or vertices.shape[1:] not in ((3, 3), (4, 3)) or not len(vertices):
-        raise InputError(f"geometry: Vertices must be N x 3 x 3 or N x 4 x 3, not {vertices.shape!r}",
-                         parameter="geometry")
-    if not np.isfinite(vertices).all():
-        raise InputError("geometry: Vertices must be finite", parameter="geometry")
-    return vertices[:, np.minimum([0, 1, 2, 3], vertices.shape[1] - 1)]
+    if not isinstance(geometry, Scene):
+        return Scene.from_arrays(geometry, names=names, two_sided=two_sided)
+    if names is not None or two_sided:
+        raise InputError("geometry: Names and sides must be those of the scene",
+                         parameter="two_sided" if names is None else "names")
+    return geometry

@@ -10,6 +10,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.base.plural import counted
 from golden.scene.camera import Camera
+from golden.scene.facet_fields import facet_fields
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.material import BRIGHTEST, Material, Rgb
 from golden.scene.sky.sky import Sky
@@ -72,9 +73,10 @@ class Scene:
     vertices: np.ndarray
     material: np.ndarray
     materials: tuple[Material, ...]
-    surface: np.ndarray | None = None
-    smooth: np.ndarray | None = None
-    two_sided: np.ndarray | None = None
+    # None is replaced by what it stands for.
+    surface: np.ndarray = None  # type: ignore[assignment]
+    smooth: np.ndarray = None  # type: ignore[assignment]
+    two_sided: np.ndarray = None  # type: ignore[assignment]
     camera: Camera | None = None
     lights: tuple[PointLight | DirectionalLight, ...] = ()
     background: Rgb | Sky = (0.0, 0.0, 0.0)
@@ -140,9 +142,7 @@ class Scene:
         InputError
             Shapes do not match; a facet is not planar, not strictly convex, or has no area.
         """
-        from golden.scene.geometry import geometry_scene  # it makes scenes
-
-        return geometry_scene(vertices, faces=faces, names=names, materials=materials, two_sided=two_sided, **more)
+        return cls(**facet_fields(vertices, faces, names, materials, two_sided), **{"name": "facets", **more})
 
     @classmethod
     def from_trimesh(cls, mesh, **more) -> "Scene":

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.base.errors import InputError
-from golden.scene.facets import check_facets
+from golden.scene.facet_fields import check_facets
 from golden.scene.file_text import lines_of
 from golden.scene.file_text import number as number_of
 from golden.scene.material import Material

@@ -9,7 +9,6 @@ from golden.base.errors import InputError
 from golden.base.output import check_inputs_stay, check_named_once, check_outputs, whole_file
 from golden.base.plural import counted
 from golden.light.factors.exchange import net_exchange, script_f
-from golden.light.factors.files import read_view_factors
 from golden.light.factors.patch_error import PatchError
 from golden.light.factors.view_factors import ViewFactors
 
@@ -26,7 +25,7 @@ def exchange(source: Path, table: Path, output: Path, *, sky_temperature: float,
     Parameters
     ----------
     source
-        View factors, see `read_view_factors`.
+        View factors, see `golden.light.factors.view_factors.ViewFactors.open`.
     table
         A .csv with the columns surface (or patch, from 0), temperature, emissivity and flux, one row for each.
     output
@@ -44,7 +43,7 @@ def exchange(source: Path, table: Path, output: Path, *, sky_temperature: float,
     check_outputs(output, script, suffixes=(".csv",))
     check_named_once(output, script)
     check_inputs_stay(source, table, outputs=(output, script))
-    factors = read_view_factors(source)
+    factors = ViewFactors.open(source)
     given, source_of = _read_table(table, factors)
     try:
         found = net_exchange(factors, sky_temperature=sky_temperature, **given)

@@ -76,6 +76,29 @@ def arrows(room):
                 yield path, other
 
 
+def test_no_circle_within_a_room():
+    """Of all imports, within functions and under `TYPE_CHECKING` too."""
+    texts = {path.removesuffix(".py").replace("/", ".").removesuffix(".__init__"): text
+             for top in ("golden", "hw", "radiosity", "benchmarks") for path, text in source_texts(top).items()}
+    assert not list(circles({path: {one for module, name in imports(text)
+                                    for one in (f"{module}.{name}", module) if one in texts}
+                             for path, text in texts.items()}))
+
+
+def circles(targets):
+    """Of the modules that each module imports, those that it reaches itself by; one by one what none leads to goes."""
+    left = dict(targets)
+    while leaves := [module for module, found in left.items() if not found & left.keys()]:
+        for module in leaves:
+            del left[module]
+    yield from left
+
+
+def test_circles_are_seen():
+    assert not list(circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}))
+    assert set(circles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()})) == {"a", "b", "c"}
+
+
 def test_arrows_are_seen():
     assert {where for _, where in arrows("golden.light")} == MAY_IMPORT["golden.light"]
     assert "golden.engine" in {where for _, where in arrows("hw")}

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from golden.light.factors.factor_matrix import FactorMatrix
 from golden.light.factors.receivers import ReceiverFactors
-from golden.light.factors.view_factors import ViewFactors
 
 __all__ = ["BACKS", "GROUND", "SKY", "write_csv", "write_receivers"]
 
@@ -16,7 +16,7 @@ SKY, GROUND, BACKS = "(sky)", "(ground)", "(backs)"
 _COLUMNS = ("from", "area", "to", "view_factor", "standard_error")
 
 
-def write_csv(factors: ViewFactors, path: Path) -> None:
+def write_csv(factors: FactorMatrix, path: Path) -> None:
     """Write a line for each view factor that is not 0, by the names of surfaces, and those to `SKY` and `BACKS`.
 
     With patches of the sky, `SKY` is above the horizon and `GROUND` below it; without them `SKY` is both. The shares of

@@ -8,8 +8,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, gmres, splu
 
 from golden.base.errors import InputError
+from golden.light.factors.factor_matrix import CLOSED, FactorMatrix
 from golden.light.factors.patch_error import PatchError
-from golden.light.factors.view_factors import CLOSED, ViewFactors
 
 __all__ = ["STEFAN_BOLTZMANN", "Exchange", "net_exchange", "script_f"]
 
@@ -54,7 +54,8 @@ class Exchange:
     flux: np.ndarray
 
 
-def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sky_temperature: float = 0.0) -> Exchange:
+def net_exchange(factors: FactorMatrix, *, temperature, emissivity, flux=None,
+                 sky_temperature: float = 0.0) -> Exchange:
     """Net radiative exchange between grey, diffuse patches; each has a temperature or a net flux.
 
     Radiosity J = e s T^4 + (1 - e) H where the temperature T is given, J = q + H where the flux q is, irradiance
@@ -119,7 +120,7 @@ def net_exchange(factors: ViewFactors, *, temperature, emissivity, flux=None, sk
                     flux=net)
 
 
-def script_f(factors: ViewFactors, *, emissivity, group) -> np.ndarray:
+def script_f(factors: FactorMatrix, *, emissivity, group) -> np.ndarray:
     """Script-F between groups of grey, diffuse patches, G x G float64.
 
     Of the radiation that a black group I would emit, the share script-F[I, J] is absorbed by J on any path: the net

@@ -1,16 +1,19 @@
 """View factors between groups of patches, from those between the patches."""
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from scipy import sparse
 
-from golden.light.factors.view_factors import ViewFactors
+from golden.light.factors.factor_matrix import FactorMatrix
 
 __all__ = ["by_surface", "grouped", "surface_numbers"]
 
+Factors = TypeVar("Factors", bound=FactorMatrix)
 
-def grouped(factors: ViewFactors, group: np.ndarray) -> ViewFactors:
+
+def grouped(factors: Factors, group: np.ndarray) -> Factors:
     """View factors of which patch k is all patches of group k together: means weighted by area.
 
     The share of group a that arrives at group b is the sum of A_i F_ij over i in a and j in b, over the area of a; so
@@ -51,16 +54,16 @@ def grouped(factors: ViewFactors, group: np.ndarray) -> ViewFactors:
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     # Of a factor that no pair of patches has: as many pairs as the largest group allows have the largest error.
     spread = float(np.sqrt(number.max() * np.bincount(group, share**2).max()))
-    return ViewFactors(
-        F=F, error=error, unprojected=unprojected, sky=mean(factors.sky), back=mean(factors.back), area=area,
+    return replace(
+        factors, F=F, error=error, unprojected=unprojected, sky=mean(factors.sky), back=mean(factors.back), area=area,
         normal=np.divide(normal, length, out=np.zeros_like(normal), where=length > 1e-9),
         surface=factors.surface[first], patch=np.arange(count), front=factors.front[first],
         hidden_error=factors.hidden_error * spread, sky_error=error_of_mean(factors.sky_error),
         unprojected_sky=mean(factors.unprojected_sky), sky_patches=sky_patches, sky_patches_error=sky_patches_error,
-        settings=factors.settings)
+        row_sums=None, weight_bits=None)
 
 
-def by_surface(factors: ViewFactors) -> ViewFactors:
+def by_surface(factors: Factors) -> Factors:
     """View factors between surfaces: all patches of a name are one, those of their backs another one, ``NAME (back)``.
 
     Surfaces are in the order of their names.

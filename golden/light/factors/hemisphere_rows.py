@@ -6,9 +6,10 @@ import numpy as np
 from scipy import sparse
 
 from golden.cast.density import Density
+from golden.light.factors.factor_matrix import CLOSED
 from golden.light.factors.join import Estimate
 from golden.light.factors.projection import project
-from golden.light.factors.view_factors import CLOSED, ViewFactors
+from golden.light.factors.view_factors import ViewFactors
 from golden.light.form_factors import PatchRows, gauss_points
 from golden.scene.scene import Scene
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.io import netcdf_file
 
-from golden.light.factors.view_factors import ViewFactors
+from golden.light.factors.factor_matrix import FactorMatrix
 
 __all__ = ["read_netcdf", "variables", "write_netcdf"]
 
@@ -40,7 +40,7 @@ _SKY_PATCHES = "sky_patch_view_factor", "sky_patch_view_factor_error"
 _MOST_ENTRIES = (1 << 28) - 1
 
 
-def variables(factors: ViewFactors) -> dict[str, tuple]:
+def variables(factors: FactorMatrix) -> dict[str, tuple]:
     """By name the dimensions, the unit or None, the long name and the values of the variables that factors have."""
     matrix = factors.F.tocoo()
     values = {"from_patch": matrix.row.astype(np.int32), "to_patch": matrix.col.astype(np.int32),
@@ -61,7 +61,7 @@ def variables(factors: ViewFactors) -> dict[str, tuple]:
     return {name: (*_VARIABLES[name], value) for name, value in values.items() if value is not None}
 
 
-def write_netcdf(factors: ViewFactors, path: Path) -> None:
+def write_netcdf(factors: FactorMatrix, path: Path) -> None:
     """Write a netCDF file of version 3 (64-bit offsets), which xarray and all netCDF libraries read.
 
     The matrix is a list: ``view_factor(entry)`` with ``from_patch(entry)`` and ``to_patch(entry)``, which count from 0.
@@ -104,15 +104,13 @@ def write_netcdf(factors: ViewFactors, path: Path) -> None:
         variable[:] = np.frombuffer(names.astype(f"S{lengths['name_length']}").tobytes(), "S1").reshape(len(names), -1)
 
 
-def read_netcdf(path: Path) -> ViewFactors:
-    """The view factors of a file that `write_netcdf` wrote, without row sums of rays.
+def read_netcdf(path: Path) -> dict:
+    """The fields of the `FactorMatrix` of a file that `write_netcdf` wrote, without row sums of rays.
 
     Raises
     ------
     OSError, ValueError, KeyError, TypeError
         It is no such file.
-    InputError
-        Its variables do not belong together.
     """
     with netcdf_file(path, "r", mmap=False) as file:
         values = {name: np.array(variable[:]) for name, variable in file.variables.items()}
@@ -135,15 +133,15 @@ def read_netcdf(path: Path) -> ViewFactors:
         place = [values.get(name, []) for name in ("sky_from_patch", "to_sky_patch")]
         sky, *sky_error = (sparse.csr_array((values.get(name, []), place), shape=(count, int(sky_patches)),
                                            dtype=np.float64) for name in _SKY_PATCHES[:1 + have_errors])
-    return ViewFactors(F=matrix("view_factor"), error=matrix("view_factor_error"),
-                       unprojected=matrix("view_factor_unprojected"), sky=values["sky_view_factor"],
-                       unprojected_sky=values.get("sky_view_factor_unprojected"),
-                       sky_error=values.get("sky_view_factor_error"), sky_patches=sky,
-                       sky_patches_error=sky_error[0] if sky_error else None, area=values["area"],
-                       normal=values["normal"], settings=settings, hidden_error=hidden_error,
-                       back=values["back_view_factor"], patch=values["scene_patch"].astype(np.int64),
-                       front=values["front"].astype(bool),
-                       surface=np.array([b"".join(name).rstrip(b"\0").decode() for name in names]))
+    return {"F": matrix("view_factor"), "error": matrix("view_factor_error"),
+            "unprojected": matrix("view_factor_unprojected"), "sky": values["sky_view_factor"],
+            "unprojected_sky": values.get("sky_view_factor_unprojected"),
+            "sky_error": values.get("sky_view_factor_error"), "sky_patches": sky,
+            "sky_patches_error": sky_error[0] if sky_error else None, "area": values["area"],
+            "normal": values["normal"], "settings": settings, "hidden_error": hidden_error,
+            "back": values["back_view_factor"], "patch": values["scene_patch"].astype(np.int64),
+            "front": values["front"].astype(bool),
+            "surface": np.array([b"".join(name).rstrip(b"\0").decode() for name in names])}
 
 
 def _parts(value, dimension):

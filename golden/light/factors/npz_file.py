@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from golden.light.factors.view_factors import ViewFactors
+from golden.light.factors.factor_matrix import FactorMatrix
 
 __all__ = ["read_npz", "write_npz"]
 
@@ -17,8 +17,8 @@ _MATRICES = ("error", "unprojected")
 _CSR = ("data", "indices", "indptr", "shape")
 
 
-def write_npz(factors: ViewFactors, path: Path) -> None:
-    """Write an archive with the arrays of SciPy's CSR format and those of `ViewFactors`.
+def write_npz(factors: FactorMatrix, path: Path) -> None:
+    """Write an archive with the arrays of SciPy's CSR format and those of `FactorMatrix`.
 
     ``error`` and ``unprojected`` hold one number for each entry of ``data``; ``sky_patches_data``, ``_indices``,
     ``_indptr`` and ``_shape`` are a matrix of their own, of which ``sky_patches_error`` holds one for each entry.
@@ -36,15 +36,13 @@ def write_npz(factors: ViewFactors, path: Path) -> None:
         np.savez(file, **{name: value for name, value in arrays.items() if value is not None})
 
 
-def read_npz(path: Path) -> ViewFactors:
-    """The view factors of an archive that `write_npz` wrote.
+def read_npz(path: Path) -> dict:
+    """The fields of the `FactorMatrix` of an archive that `write_npz` wrote.
 
     Raises
     ------
     OSError, ValueError, KeyError
         It is no such archive.
-    InputError
-        Its arrays do not belong together.
     """
     if not zipfile.is_zipfile(path):
         raise ValueError("it is no .npz archive")
@@ -63,8 +61,7 @@ def read_npz(path: Path) -> ViewFactors:
         given["sky_patches"] = _matrix(*sky)
         if "sky_patches_error" in arrays:
             given["sky_patches_error"] = _matrix(arrays["sky_patches_error"], *sky[1:])
-    return ViewFactors(F=_matrix(arrays["data"], *pattern, shape), settings=json.loads(str(arrays["settings"])),
-                       **given)
+    return {"F": _matrix(arrays["data"], *pattern, shape), "settings": json.loads(str(arrays["settings"])), **given}
 
 
 def _matrix(data, indices, indptr, shape):

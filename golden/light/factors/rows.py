@@ -11,6 +11,7 @@ from golden.cast.rays import Rays
 from golden.light.factors.coincident_fronts import CoincidentFronts
 from golden.light.factors.draws import hemisphere_rays
 from golden.light.factors.exact_sky import FEW_TESTS, exact_sky
+from golden.light.factors.factor_matrix import CLOSED
 from golden.light.factors.join import join
 from golden.light.factors.pair_factors import exchange_areas
 from golden.light.factors.pair_kernel import candidates, may_exceed
@@ -20,7 +21,7 @@ from golden.light.factors.row_block import RowBlock
 from golden.light.factors.sides import Sides
 from golden.light.factors.sky_division import SKY_DIVISIONS, SkyDivision
 from golden.light.factors.sky_rays import SkyRays, patch_errors
-from golden.light.factors.view_factors import CLOSED, ViewFactors
+from golden.light.factors.view_factors import ViewFactors
 from golden.light.factors.visibility import visible_shares
 from golden.light.sampling import mix
 from golden.scene.scene import Scene

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.base.output import whole_file
-from golden.light.factors.view_factors import ViewFactors
+from golden.light.factors.factor_matrix import FactorMatrix
 
 __all__ = ["URBAN", "urban_paths", "write_urban"]
 
@@ -21,7 +21,7 @@ def urban_paths(path: Path) -> tuple[Path, Path, Path]:
     return path, path.with_name(f"svf.inp{ending}"), path.with_name(f"facetarea.inp{ending}")
 
 
-def write_urban(factors: ViewFactors, path: Path) -> None:
+def write_urban(factors: FactorMatrix, path: Path) -> None:
     """Write ``vfsparse.inp`` (lines ``i j F``, patches from 1), and beside it ``svf.inp`` and ``facetarea.inp``.
 
     Numbers have 10 digits. Zeros are left out; the number of lines is the model's ``nnz``. No file is replaced before

@@ -7,9 +7,9 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from golden.engine.memory_map import REGIONS
-from hw.memsys.bus.patch_extents import PatchExtents
 from hw.memsys.load.image_header import TABLES, ImageHeader
 from hw.memsys.load.image_layout import COUNT_BITS, RegionNumber, halves
+from hw.memsys.load.patch_extents import PatchExtents
 from hw.memsys.load.record_extent import RecordExtent
 from hw.memsys.load.record_words import RecordWords
 from hw.memsys.port.fault import Fault

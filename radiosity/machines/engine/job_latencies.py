@@ -11,10 +11,10 @@ from hw.icu.patch_sums import SETTLED, PatchSums
 from hw.memsys.bus.cache import Cache
 from hw.memsys.bus.lfu_placement import LfuPlacement
 from hw.memsys.bus.local_bus import LocalBus
-from hw.memsys.bus.patch_extents import PatchExtents
 from hw.memsys.bus.patch_fetch import PatchFetch
 from hw.memsys.bus.set_placement import SetPlacement
 from hw.memsys.load.image_layout import PATCH_WORDS
+from hw.memsys.load.patch_extents import PatchExtents
 from hw.memsys.load.preload_dma import PreloadDma
 from hw.memsys.load.record_extent import RecordExtent
 from hw.memsys.patches.local_bus_interface import LocalBusInterface

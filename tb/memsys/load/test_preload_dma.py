@@ -14,9 +14,9 @@ from golden.base.errors import InputError
 from golden.engine.memory_map import ENTRY, EVERY_CLUSTER, HEADER, NONE, REGIONS, MemoryImage, from_bytes, phase_image
 from golden.engine.schedule.phase import schedule
 from hw.lib.payload import pack, unpack
-from hw.memsys.bus.patch_extents import PatchExtents
 from hw.memsys.load.image_header import TABLES
 from hw.memsys.load.image_layout import PATCH_WORDS, RegionNumber
+from hw.memsys.load.patch_extents import PatchExtents
 from hw.memsys.load.preload_dma import PreloadDma
 from hw.memsys.port.axi_signature import AxiSignature
 from hw.memsys.port.fault import Fault

@@ -7,8 +7,8 @@ import pytest
 
 from golden.base.errors import InputError
 from golden.cast.grid import Grid
-from golden.light.factors.files import read_view_factors
 from golden.light.factors.receivers import ReceiverFactors
+from golden.light.factors.view_factors import ViewFactors
 from radiosity.tasks import view_factors
 from radiosity.tasks.view_factors import ViewFactorTask
 from tb.golden.light.factors.samples import three_sides
@@ -66,7 +66,7 @@ def test_every_figure_of_the_report(seconds, tmp_path):
                  "patch may have, and their errors are in the file",
                  "hemispheres met a patch in 25.00% to 50.00%"):
         assert line in text.splitlines()
-    np.testing.assert_allclose(read_view_factors(tmp_path / "a.npz").area, FACTORS.area * FOOT**2)
+    np.testing.assert_allclose(ViewFactors.open(tmp_path / "a.npz").area, FACTORS.area * FOOT**2)
 
 
 @pytest.mark.parametrize("way", ["run", "run_within"])
@@ -77,7 +77,7 @@ def test_factors_between_surfaces_are_written_beside(seconds, tmp_path, way):
         task.run_within(1, lambda error: error, error=0.1, method="grid"))
     assert (report["surfaces"], report["surfaces_output"]) == (3, tmp_path / "s.nc")
     assert f"{tmp_path / 's.nc'}: 3 surfaces" in text.splitlines()
-    found = read_view_factors(tmp_path / "s.nc")
+    found = ViewFactors.open(tmp_path / "s.nc")
     assert found.surface.tolist() == [" (back)", "Wand süd", "sun"]
     np.testing.assert_allclose(found.area, [5 * FOOT**2, 4 * FOOT**2, 3 * FOOT**2])
 
@@ -149,7 +149,7 @@ def test_a_time_limit_allows_eight_times_the_last_attempt(seconds, tmp_path, err
     _, text = task.run_within(limit, lambda error: tried.append(error) or error, error=error, method="grid")
     assert tried == attempts
     assert ("the time limit ended the work" in text) == (attempts[-1] > error)
-    np.testing.assert_allclose(read_view_factors(tmp_path / "a.npz").area, FACTORS.area * FOOT**2)
+    np.testing.assert_allclose(ViewFactors.open(tmp_path / "a.npz").area, FACTORS.area * FOOT**2)
 
 
 @pytest.mark.parametrize("change", [

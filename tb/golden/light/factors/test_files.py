@@ -11,10 +11,10 @@ from golden.base.errors import InputError
 from golden.light.factors import netcdf_file as netcdf
 from golden.light.factors.files import (
     check_view_factors_output,
-    read_view_factors,
     write_by_surface,
     write_view_factors,
 )
+from golden.light.factors.view_factors import ViewFactors
 from tb.golden.light.factors.samples import sparse_sides, three_sides
 from tb.lib.schedules import SETTINGS
 
@@ -35,7 +35,7 @@ def same(one, other):
 def test_what_is_written_is_read(tmp_path, suffix, changed):
     path, factors = tmp_path / f"F{suffix}", three_sides(**changed)
     write_view_factors(factors, path)
-    read = read_view_factors(path)
+    read = ViewFactors.open(path)
     rays = {"row_sums", "weight_bits"} if suffix == ".nc" else set()
     for name in vars(factors).keys() - rays:
         assert same(getattr(factors, name), getattr(read, name)), name
@@ -46,7 +46,7 @@ def test_what_is_written_is_read(tmp_path, suffix, changed):
 def test_empty_rows_are_read_as_they_are(tmp_path_factory, factors, suffix):
     path = tmp_path_factory.getbasetemp() / f"F{suffix}"
     write_view_factors(factors, path)
-    read = read_view_factors(path)
+    read = ViewFactors.open(path)
     for name in vars(factors).keys() - {"row_sums", "weight_bits"}:
         # A netCDF file without entries stores one of 0.
         one, other = (value.toarray() if sparse.issparse(value) else value for value in (
@@ -82,7 +82,7 @@ def test_a_matrix_too_long_for_a_variable_continues_in_more(tmp_path, monkeypatc
     with netcdf_file(tmp_path / "F.nc", mmap=False) as file:
         assert {name: file.dimensions[name] for name in ("entry", "entry_2")} == {"entry": 4, "entry_2": 2}
         assert file.variables["view_factor_error_2"].dimensions == ("entry_2",)
-    read = read_view_factors(tmp_path / "F.nc")
+    read = ViewFactors.open(tmp_path / "F.nc")
     for name in vars(factors).keys() - {"row_sums", "weight_bits"}:
         assert same(getattr(factors, name), getattr(read, name)), name
 
@@ -150,17 +150,17 @@ def test_files_without_view_factors_are_refused_with_their_name(tmp_path, name, 
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(InputError, match=message) as caught:
-        read_view_factors(path)
+        ViewFactors.open(path)
     assert str(caught.value).startswith(str(path))
 
 
 def test_archives_of_other_arrays_are_refused(tmp_path):
     np.savez(tmp_path / "F.npz", F=np.eye(3))
     with pytest.raises(InputError, match="no view factors"):
-        read_view_factors(tmp_path / "F.npz")
+        ViewFactors.open(tmp_path / "F.npz")
     sparse.save_npz(tmp_path / "G.npz", sparse.csr_array(np.eye(3)))
     with pytest.raises(InputError, match="no view factors"):
-        read_view_factors(tmp_path / "G.npz")
+        ViewFactors.open(tmp_path / "G.npz")
 
 
 def test_entries_of_urban_models_have_ten_digits(tmp_path):

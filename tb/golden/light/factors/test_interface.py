@@ -10,8 +10,8 @@ from golden import view_factors
 from golden.base.errors import InputError, InputWarning
 from golden.light.closed_forms import c_11
 from golden.light.factors import interface
-from golden.light.factors.files import read_view_factors
 from golden.light.factors.rows import FactorRows
+from golden.light.factors.view_factors import ViewFactors
 from golden.scene.builtin import builtin_scene
 
 FAST = {"error": 0.05}
@@ -106,7 +106,7 @@ def test_each_parameter_arrives_at_the_rows(monkeypatch):
 def test_files_are_those_of_the_command(tmp_path, write, suffix):
     factors, path = view_factors(PLATES, **FAST), tmp_path / f"F{suffix}"
     getattr(factors, write)(path)
-    assert (read_view_factors(path).F != factors.F).nnz == 0
+    assert (ViewFactors.open(path).F != factors.F).nnz == 0
 
 
 def test_facets_that_overlap_are_named():
@@ -131,7 +131,7 @@ def test_files_with_another_ending_are_refused(tmp_path, write, name):
 def test_capitals_end_a_name_as_well(tmp_path):
     view_factors(PLATES, **FAST).to_npz(tmp_path / "F.NPZ")
     assert [path.name for path in tmp_path.iterdir()] == ["F.NPZ"]
-    assert len(read_view_factors(tmp_path / "F.NPZ")) == 2
+    assert len(ViewFactors.open(tmp_path / "F.NPZ")) == 2
 
 
 @pytest.mark.parametrize(("geometry", "given", "message"), [

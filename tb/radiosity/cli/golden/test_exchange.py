@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from golden.light.factors.exchange import net_exchange
-from golden.light.factors.files import read_view_factors, write_view_factors
+from golden.light.factors.files import write_view_factors
+from golden.light.factors.view_factors import ViewFactors
 from tb.golden.light.factors.samples import three_sides
 from tb.radiosity.cli.golden.runner import report, run
 
@@ -110,7 +111,7 @@ def test_a_hot_wall_of_a_black_box_heats_the_others(tmp_path, monkeypatch, endin
     monkeypatch.chdir(tmp_path)
     factors = f"F.{ending}"
     report("formfactors", "furnace:2", "--rays", "32x8", "--samples", "2", "--project", "--unit", "mm", "-o", factors)
-    hot = read_view_factors(tmp_path / factors).normal[:, 2] > 0.5
+    hot = ViewFactors.open(tmp_path / factors).normal[:, 2] > 0.5
     assert hot.sum() == 4
     (tmp_path / "t.csv").write_text("patch,emissivity,temperature\n" + "".join(
         f"{patch},1,{500 if is_hot else 300}\n" for patch, is_hot in enumerate(hot)))

@@ -14,9 +14,9 @@ from golden.cast import shared_caster
 from golden.cast.grid import Grid
 from golden.light.closed_forms import c_11
 from golden.light.factors.compute import compute_view_factors
-from golden.light.factors.files import read_view_factors
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.units import METRES
+from golden.light.factors.view_factors import ViewFactors
 from golden.scene.builtin import builtin_scene
 from radiosity.cli.golden import choices
 from radiosity.tasks.view_factors import ViewFactorTask
@@ -99,7 +99,7 @@ def test_units_are_those_of_the_option_and_reach_the_file(folder):
     given = "formfactors", "furnace:1", "--rays", "16x4"
     for unit in "m", "mm":
         assert run(*given, "--unit", unit, "-o", f"{unit}.nc").exit_code == 0
-    metres, millimetres = read_view_factors(folder / "m.nc"), read_view_factors(folder / "mm.nc")
+    metres, millimetres = ViewFactors.open(folder / "m.nc"), ViewFactors.open(folder / "mm.nc")
     np.testing.assert_allclose(millimetres.area, metres.area / 1e6, rtol=1e-15)
     assert millimetres.settings["unit"] == "mm"
 
@@ -129,7 +129,7 @@ def test_a_facet_of_any_shape_is_one_row(folder, given):
                                   + "g low\nf 1 2 3 4 5 6\nf 12 11 10 9 8 7\n")
     found = run("formfactors", "a.obj", "--facets", "-o", "F.npz", *given)
     assert found.exit_code == 0, found.stderr
-    factors = read_view_factors(folder / "F.npz")
+    factors = ViewFactors.open(folder / "F.npz")
     expected = (2 * c_11(2, 2) + c_11(1, 1)) / 3
     np.testing.assert_allclose(factors.F.toarray(), [[0, expected], [expected, 0]], atol=1e-2 if given else 1e-9)
     np.testing.assert_allclose(factors.area, 3)
@@ -142,7 +142,7 @@ def test_small_factors_are_left_out_and_rows_close(folder):
     given = "formfactors", "furnace:2", "--error", "0.1"
     whole = json.loads(run(*given, "-o", "F.npz", "--json").stdout)
     cut = json.loads(run(*given, "-o", "cut.npz", "--drop-below", "0.03", "--by-surface", "s.npz", "--json").stdout)
-    before, after, surfaces = (read_view_factors(folder / f"{name}.npz") for name in ("F", "cut", "s"))
+    before, after, surfaces = (ViewFactors.open(folder / f"{name}.npz") for name in ("F", "cut", "s"))
     small = (before.F.toarray() < 0.03) & (before.F.toarray() > 0)
     assert cut["entries"] == whole["entries"] - small.sum() + 24 > 24
     lost = (before.F.toarray() * small).sum(axis=1)
@@ -155,7 +155,7 @@ def test_small_factors_are_left_out_and_rows_close(folder):
 def test_parts_of_a_facet_that_a_limit_cuts_stay_rows(folder):
     (folder / "a.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 1 0\nv 0 2 0\nf 1 2 3 4 5\n")
     assert run("formfactors", "a.obj", "--facets", "-o", "F.npz", "--max-area", "0.5").exit_code == 0
-    factors = read_view_factors(folder / "F.npz")
+    factors = ViewFactors.open(folder / "F.npz")
     assert factors.area.max() <= 0.5
     assert factors.area.sum() == pytest.approx(3)
 
@@ -252,7 +252,7 @@ def test_one_line_says_that_grid_casts_where_embree_is_missing(folder, monkeypat
     assert fallen.exit_code == named.exit_code == 0, fallen.stderr
     assert sum("installs Embree" in line for line in fallen.stderr.splitlines()) == 1
     assert "installs Embree" not in named.stderr
-    ours, theirs = (read_view_factors(folder / name) for name in ("F.npz", "G.npz"))
+    ours, theirs = (ViewFactors.open(folder / name) for name in ("F.npz", "G.npz"))
     np.testing.assert_array_equal(ours.F.toarray(), theirs.F.toarray())
 
 

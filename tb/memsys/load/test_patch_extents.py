@@ -1,5 +1,5 @@
-from hw.memsys.bus.patch_extents import PatchExtents
 from hw.memsys.load.image_layout import PATCH_WORDS
+from hw.memsys.load.patch_extents import PatchExtents
 from tb.lib.bench import Bench
 from tb.lib.shift_registers import ShiftRegisters
 
