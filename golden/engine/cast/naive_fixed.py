@@ -40,7 +40,7 @@ class NaiveFixed:
             The frustum has more rays than ``icu.rays``.
         """
         memory = RayMemory(len(record), self._config)
-        return read_out(memory, record, self._update(memory, record), self._config)
+        return read_out(memory, record, self._update(memory, record, np.arange(len(record))), self._config)
 
     def blocked(self, record: ShadowRecord) -> np.ndarray:
         """Whether anything is before the end of each ray of a shadow frustum: R bool.
@@ -51,22 +51,22 @@ class NaiveFixed:
             The frustum has more rays than ``icu.rays``.
         """
         memory = ShadowMemory(record, self._config)
-        self._update(memory, record)
+        self._update(memory, record, np.flatnonzero(record.end < self._config.numbers.inverse.high))
         return memory.blocked
 
-    def _update(self, memory, record):
-        """Add the hits of all rays; returns the patches."""
+    def _update(self, memory, record, rays):
+        """Add the hits of some rays; returns the patches."""
         config = self._config
         patches = PatchSetup(record, config).patches(self._geometry)
         owner, planes = cones(patches.planes)
         keep = patches.live[owner]
         owner, planes = owner[keep], planes[keep]
-        directions = record.all_directions()
-        for start in range(0, len(record), RAYS):
+        directions = record.directions(rays % record.columns, rays // record.columns)
+        for start in range(0, len(rays), RAYS):
             block = directions[start:start + RAYS]
             for first in range(0, len(owner), CONES):
                 cone, ray = inside_cones(planes[first:first + CONES], block)
                 patch = owner[first + cone]
                 inverse = inverse_distance(patches.factor[patch], block[ray], config.numbers)
-                memory.update(start + ray, inverse, patch)
+                memory.update(rays[start + ray], inverse, patch)
         return patches
