@@ -3,7 +3,6 @@
 import json
 import random
 import re
-import subprocess
 from pathlib import Path
 
 import cocotb
@@ -20,28 +19,9 @@ from tb.icu import test_screening
 from tb.lib.clocking import start
 from tb.lib.runner import SIMULATORS, Simulation, options
 from tb.radiosity.flow.synthesis.mapped import mapped_text
-from tb.radiosity.flow.synthesis.netlist import HERE, netlist_header
 
 MODULE = "tb.radiosity.flow.synthesis.test_mapped"
 pytestmark = pytest.mark.sim
-# A cycle for each line.
-MAIN = """
-#include <iostream>
-#include "Vtop.h"
-int main() {{
-    VerilatedContext context;
-    Vtop top(&context);
-    auto tick = [&] {{ top.clk = 1, top.eval(), top.clk = 0, top.eval(); }};
-    top.rst = 1, top.eval(), tick(), tick(), top.rst = 0;
-    for (uint64_t x;;) {{
-        {takes}
-        top.eval();
-        {gives}
-        std::cout << "\\n";
-        tick();
-    }}
-}}
-"""
 # Bits and words of one block RAM, or of distributed memory, and how many bits are written together.
 SHAPES = ((1, 1 << 14, 1), (2, 1 << 13, 2), (4, 1 << 12, 4), (9, 1 << 11, 9), (18, 1 << 10, 9), (36, 512, 9), (6, 8, 6))
 WIDEST, DEEPEST, OPERAND = 36, 1 << 14, 13
@@ -182,26 +162,6 @@ def test_the_netlist_does_what_is_described(cells, simulator):
     assert re.search(r'REG_INPUTA_CLK\("CLK0', text)
     assert re.search(r'REG_OUTPUT_CLK\("CLK0', text)
     assert not run(text, expected, simulator)
-
-
-def test_cell_by_cell_it_does_the_same(cells, tmp_path):
-    """What casts the frusta of whole engines."""
-    folder = cells[1].parent
-    ports = netlist_header(folder / "area.json", tmp_path)
-    outputs = [name for name, port in ports.items() if port["direction"] == "output"]
-    inputs = list(next(stimulus()))
-    takes, gives = ("".join(line.format(name.replace("__", "___05F")) for name in names) for line, names in (
-        ("if (!(std::cin >> x)) return 0; top.{0} = x; ", inputs),
-        ("std::cout << uint64_t(top.{0}) << ' '; ", outputs)))
-    (tmp_path / "main.cpp").write_text(MAIN.format(takes=takes, gives=gives))
-    program = tmp_path / "main"
-    subprocess.run(["g++", "-std=c++17", "-O1", f"-I{tmp_path}", f"-I{HERE}", tmp_path / "main.cpp", "-o", program],
-                   check=True)
-    given = "\n".join(" ".join(map(str, values.values())) for values in stimulus())
-    found = subprocess.run([program], input=given, capture_output=True, text=True, check=True).stdout.splitlines()
-    expected = json.loads(cells[1].read_text())
-    for cycle, (line, required) in enumerate(zip(found, expected, strict=True)):
-        assert dict(zip(outputs, map(int, line.split()), strict=True)) == required, f"cycle {cycle}"
 
 
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])
