@@ -186,6 +186,26 @@ def add_stage(cast: ClusterCast, items: StageItems, begin: int, cycles: int, nea
 
 
 @compiled
+def next_part(cast: ClusterCast, items: StageItems) -> int:
+    """Advance until the requests so far of the present stage are accepted: the cycle in which they are."""
+    numbers = cast.numbers
+    while True:
+        begin, following = numbers[_FRONT] + numbers[_SHIFT], next_time(cast.heap)
+        if numbers[_STALLED] == _NEVER and (following == _NEVER or following > begin):
+            return begin
+        _advance(cast, items)
+
+
+@compiled
+def add_part(cast: ClusterCast, items: StageItems, begin: int, cycles: int) -> None:
+    """Further requests of the present stage begin, which take so many cycles."""
+    numbers = cast.numbers
+    numbers[_FRONT] = begin - numbers[_SHIFT] + cycles
+    cast.closes[numbers[_STARTED] - 1] = numbers[_FRONT] + cast.limits[_TRAVERSAL]
+    _schedule_cell(cast, items, begin)
+
+
+@compiled
 def end_cast(cast: ClusterCast, items: StageItems) -> int:
     """Advance until no event waits: the cycle in which the last item ended."""
     while next_time(cast.heap) != _NEVER:

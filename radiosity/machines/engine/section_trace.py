@@ -7,11 +7,13 @@ import numpy as np
 from radiosity.machines.engine.cluster_cast import (
     ClusterCast,
     StageItems,
+    add_part,
     add_stage,
     begin_cast,
     clock,
     end_cast,
     free,
+    next_part,
     next_stage,
 )
 from radiosity.machines.engine.cluster_timing import ClusterTiming
@@ -114,6 +116,10 @@ class TraceSource:
         return StageItems(self._time[:end], entries, trace.is_new[:entries[-1]], trace.tests, self._owner), int(
             trace.cycles[stage])
 
+    def has_part(self) -> bool:
+        """Whether the stage that has begun has requests that are not known yet: a trace knows all."""
+        return False
+
 
 def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ahead: int) -> CastTimes:
     """Cast the stages of a source, one after the other.
@@ -121,20 +127,22 @@ def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ah
     Parameters
     ----------
     source
-        A trace's stages, or others that are explored when they begin.
+        A trace's stages, or others that are explored part by part when their grid rays are requested.
     timing
         Latencies and capacities.
     slots, run_ahead
         ``icu.slots`` and ``ctu.run_ahead``.
     """
     cast = begin_cast(timing, patches=source.patches, barriers=source.barriers, slots=slots, run_ahead=run_ahead)
-    begins = [timing.begin]
-    items, cycles = source.items(0, timing.begin, cast)
-    add_stage(cast, items, timing.begin, cycles, True)
-    for stage in range(1, len(source.barriers)):
-        begins.append(next_stage(cast, items, timing.generator + source.searches(stage)))
+    begins, items = [], None
+    for stage in range(len(source.barriers)):
+        begins.append(next_stage(cast, items, timing.generator + source.searches(stage)) if stage else timing.begin)
         items, cycles = source.items(stage, begins[-1], cast)
-        add_stage(cast, items, begins[-1], cycles, False)
+        add_stage(cast, items, begins[-1], cycles, not stage)
+        while source.has_part():
+            begin = next_part(cast, items)
+            items, cycles = source.part(begin, cast)
+            add_part(cast, items, begin, cycles)
     end = end_cast(cast, items) + timing.over + timing.end
     return CastTimes(begins=np.array(begins), ends=cast.ends[:len(items.tests)].copy(), free=free(cast),
                      cycles=end)

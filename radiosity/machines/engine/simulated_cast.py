@@ -1,15 +1,18 @@
 """Simulated cast: the cycles of a section on one cluster, with the golden model's cells and tests.
 
-Golden explores a stage when the simulated cluster begins it, with the settle codes that survival has read by then. So
-grid rays, cells and tests follow from the simulated times.
+Golden explores a few rows of a stage's grid rays when the simulated cluster requests them, with the settle codes that
+survival has read by then. So grid rays, cells and tests follow from the simulated times.
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from golden.engine.cast.shelling import Shelling, ShellingCounts
 from golden.engine.config import Config
+from golden.engine.ctu.grid_rays import INDEX_FRACTION, GridRays
 from golden.engine.ctu.sector import Sector, sector_rays, subshell_rays
 from golden.engine.ctu.settle_pyramid import SettlePyramid
 from golden.engine.frustum import FrustumRecord
@@ -26,8 +29,13 @@ from radiosity.machines.engine.section_trace import CastTimes, SectionTrace, run
 
 __all__ = ["SimulatedCast", "cast_section"]
 
-# Patches whose tests survival sees together.
-_PART = 8
+# Patches whose tests survival sees together; the most parts of a stage.
+_PATCHES, _PARTS = 8, 16
+# Before the first, and behind the last row or column of any frustum's grid rays.
+_FIRST, _LAST = -1 << 20, 1 << 20
+# Arrays of `GridRays` with an element for each row.
+_OF_ROWS = ("direction", "first_row", "row_count", "first_column", "column_count", "row_position", "column_border",
+            "row_table", "column_reach")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,8 +85,26 @@ def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timi
                        grid_rays=stages.grid_rays, hit=stages.hit)
 
 
+class _Part(NamedTuple):
+    """Rows of a stage that are requested together.
+
+    Parameters
+    ----------
+    cycles
+        In which the generator requests them.
+    window
+        Of intersection rays through which their grid rays pass, see `subshell_rays`. None: all.
+    rays
+        These grid rays. None: they are not looked up.
+    """
+
+    cycles: int
+    window: tuple[int, int, int, int] | None
+    rays: GridRays | None
+
+
 class _Stages:
-    """The stages of a section, each explored when it begins."""
+    """The stages of a section, each explored part by part when its grid rays are requested."""
 
     def __init__(self, shelling, record, config, timing, section, subshells, lanes):
         self._shelling, self._record, self._config, self._timing = shelling, record, config, timing
@@ -127,28 +153,56 @@ class _Stages:
         return self._timing.search * (rays.rows.bit_length() + rays.columns.bit_length()) if stage else 0
 
     def items(self, stage, begin, cast):
-        timing, (subshell, shell, window), inverse = self._timing, self._where[stage], self._inverse[0]
+        self._cycles.append(0)
+        self._first_cell.append(len(self._offset))
+        self._parts = self._divided(stage)
+        return self.part(begin, cast)
+
+    def has_part(self):
+        return bool(self._parts)
+
+    def part(self, begin, cast):
+        """The items of all stages up to the next part of this one, whose requests begin; and their cycles."""
+        stage, part, before = len(self._cycles) - 1, self._parts.pop(0), self._cycles[-1]
+        timing, (subshell, shell, _), inverse = self._timing, self._where[stage], self._inverse[0]
         if stage:
-            # Codes improve while survival looks rays up: those of the middle stand for all.
-            middle = begin + self._requests(shell, window, self._seen(cast, begin), None) // 2
-            inverse = self._seen(cast, middle)
-        explored = self._cluster.explore(subshell, shell, window, inverse)
+            # Codes improve while survival looks rays up: those of the middle stand for all of the part.
+            inverse = self._seen(cast, begin + self._requests(part, shell, self._seen(cast, begin), None) // 2)
+        explored = self._cluster.explore(subshell, shell, part.window, inverse)
         cells = np.empty(0, dtype=np.int64) if explored is None else explored.cells
         if stage:
-            cycles = self._requests(shell, window, inverse, explored)
+            cycles = self._requests(part, shell, inverse, explored)
             offset = (np.arange(len(cells)) + 1) * cycles // max(1, len(cells))
         else:
             cycles, offset = len(cells), np.arange(len(cells))
         latency = timing.memory + (timing.traversal if stage else 0)
         self._time = np.append(self._time, clock(cast, begin) + latency + offset)
-        self._offset = np.append(self._offset, offset)
-        self._cycles.append(cycles)
-        self._first_cell.append(len(self._offset))
+        self._offset = np.append(self._offset, before + offset)
+        self._cycles[-1] += cycles
+        self._first_cell[-1] = len(self._offset)
         if explored is not None:
             self._append_lists(cells, explored)
             self._append_tests(explored)
         owner = np.full(len(self._walks), -1)
         return StageItems(self._time, self._entries, self._new, self._walks, owner), cycles
+
+    def _divided(self, stage):
+        """The parts of a stage, in their order."""
+        _, shell, window = self._where[stage]
+        if not stage:
+            return [_Part(0, window, None)]
+        rays = self._cluster.traversal.rays(shell)
+        if window is not None:
+            return [_Part(self._window_requests(rays, window), window, None)]
+        row, cycles = self._row_requests(rays)
+        position = rays.row_position >> INDEX_FRACTION
+        first = position[row[len(row) * np.arange(_PARTS) // _PARTS]] if len(row) else []
+        parts = []
+        for low, end in pairwise([_FIRST, *np.unique(first)[1:].tolist(), _LAST]):
+            which = (position >= low) & (position < end)
+            parts.append(_Part(int(cycles[which[row]].sum()), (_FIRST, _LAST - _FIRST, low, end - low),
+                               _rows(rays, which)))
+        return parts
 
     def _seen(self, cast, now):
         """Stored inverse distances as the sweep has read them: on average half of a sweep ago."""
@@ -163,7 +217,7 @@ class _Stages:
         clip = section_clip(self._tests.patches.window[stage.found], self._section, self._record)
         before = self._tests.issued.copy()
         done = len(self._walks)
-        for part in np.array_split(stage.found, max(1, len(stage.found) // _PART)):
+        for part in np.array_split(stage.found, max(1, len(stage.found) // _PATCHES)):
             self._tests.run(replace(stage, found=part), self._section, ShellingCounts())
             done += len(part)
             self._patches.append(done)
@@ -183,18 +237,14 @@ class _Stages:
         self._entries = np.append(self._entries, self._entries[-1] + np.cumsum(count))
         self._new = np.append(self._new, is_new)
 
-    def _requests(self, shell, window, inverse, stage):
-        """Cycles in which a stage's grid rays are requested, looked up and traversed."""
-        record, config = self._record, self._config
-        traversal = self._cluster.traversal
-        rays = traversal.rays(shell)
-        if window is None:
+    def _requests(self, part, shell, inverse, stage):
+        """Cycles in which a part's grid rays are requested, looked up and traversed: queues between them are short."""
+        record, config, cycles = self._record, self._config, part.cycles
+        if part.rays is not None:
             live = SettlePyramid.of(inverse.reshape(record.rows, record.columns), self._section, config).live(
-                traversal.threshold(shell, config))
-            words, lookups = survival_words(rays, live, self._section, record, config)
-            cycles = max(self._rows(rays), lookups, *words)
-        else:
-            cycles = self._window_requests(rays, window)
+                self._cluster.traversal.threshold(shell, config))
+            words, lookups = survival_words(part.rays, live, self._section, record, config)
+            cycles = max(cycles, lookups, *words)
         if stage is None:
             return cycles
         passes = -(-stage.passes // config.ctu.traversal_pipelines(config.noc.nodes))
@@ -208,15 +258,22 @@ class _Stages:
         search = timing.arc + timing.search * rays.columns.bit_length()
         return search + int(np.maximum(of_rows, timing.row + timing.piece)[of_rows > 0].sum())
 
-    def _rows(self, rays):
-        """Cycles in which the generator requests a stage's grid rays, row by row, with its searches for columns."""
+    def _row_requests(self, rays):
+        """The rows of a stage, and cycles in which the generator requests each, with its searches for columns."""
         timing, pieces = self._timing, row_pieces(rays, self._section, self._record)
         search = timing.arc + timing.search * rays.columns.bit_length()
         groups = np.bincount(row_groups(rays, self._section, self._record).row, minlength=rays.rows)[pieces.row]
         cycles = timing.row + timing.piece * pieces.pieces + search * pieces.searches
         # Requests of the first row cannot overlap its search.
         cycles[:1] -= search
-        return search + int(np.maximum(cycles, groups).sum())
+        cycles = np.maximum(cycles, groups)
+        cycles[:1] += search
+        return pieces.row, cycles
+
+
+def _rows(rays, which):
+    """Some rows of a shell's grid rays."""
+    return replace(rays, **{name: getattr(rays, name)[which] for name in _OF_ROWS})
 
 
 def _is_first(numbers):
