@@ -65,8 +65,8 @@ def recorded(preset: str, assignments: tuple[str, ...]) -> Iterator[Record]:
 
 def clock_text(record: Record) -> str:
     """What a clock is of: the median of a machine's routes."""
-    return ("median of the whole machine, placed and routed on an ECP5-85 of speed grade 6 from seeds "
-            f"{', '.join(map(str, record.seeds))}, commit {record.commit}")
+    return ("of the whole machine, placed and routed on an ECP5-85 of speed grade 6, "
+            f"{record.routes}, commit {record.commit}")
 
 
 def row_of(scene: str, found: dict, *, mhz: float | None, luts: int | None, embree: EmbreeRates) -> list[str]:

@@ -40,7 +40,7 @@ def test_a_clock_is_that_of_a_whole_machine(monkeypatch):
     # A bitstream's machine is a whole one; its clusters may be among what is given.
     assert list(recorded("small", ("noc.columns=1", "icu.slots=8"))) == [board]
     assert not list(recorded("tiny", ()))
-    assert clock_text(engine).endswith("from seeds 1, 2, 3, commit abc")
+    assert clock_text(engine).endswith("grade 6, median of seeds 1, 2, 3, commit abc")
 
 
 def test_embree_casts_the_machines_rays():

@@ -144,9 +144,7 @@ def _machines(records):
 def _clock(record):
     if record is None:
         return "an unknown clock"
-    seeds = ", ".join(map(str, record.seeds))
-    whose = f"seed {seeds}" if len(record.seeds) == 1 else f"median of seeds {seeds}"
-    return f"{statistics.median(record.mhz):.1f} MHz ({whose})"
+    return f"{statistics.median(record.mhz):.1f} MHz ({record.routes})"
 
 
 def _tools(records):

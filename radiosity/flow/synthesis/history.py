@@ -83,6 +83,12 @@ class Record:
         """What it is of."""
         return self.family, self.preset, self.parameters, self.block, self.unit
 
+    @property
+    def routes(self) -> str:
+        """Which routes its clock is of: that of several is their median."""
+        seeds = ", ".join(map(str, self.seeds))
+        return f"median of seeds {seeds}" if len(self.seeds) > 1 else f"seed {seeds}"
+
 
 _NUMBERS = {"latency": lambda text: int(text) if text else None, "lut": int, "ff": int, "dsp": int, "bram": int,
             "seeds": lambda text: tuple(map(int, text.split())),
