@@ -1,9 +1,10 @@
 """Block diagrams of components: DOT, and SVG that stands in a page."""
 
+import json
 import re
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from tb.docs.structure import SELF, Structure
 
@@ -65,20 +66,21 @@ def dot(structure: Structure, *, page_of: Callable[[type], str | None] = lambda 
     return HEAD + "\n".join(lines) + "\n}\n"
 
 
-def draw(text: str) -> str:
-    """SVG of `dot`.
+def draw(graphs: Sequence[str]) -> list[str]:
+    """SVG of each `dot`.
 
     Raises
     ------
     RuntimeError
-        It cannot be drawn.
+        One of them cannot be drawn.
     """
-    done = subprocess.run([sys.executable, "-m", "tb.docs.layout"], input=text, capture_output=True, text=True,
-                          check=False)
+    done = subprocess.run([sys.executable, "-m", "tb.docs.layout"], input=json.dumps(graphs), capture_output=True,
+                          text=True, check=False)
     if done.returncode:
-        raise RuntimeError(f"layout of a diagram ended with {done.returncode}: {done.stderr}")
+        raise RuntimeError(f"layout of diagrams ended with {done.returncode}: {done.stderr}")
     # Without the preamble of a file of its own, and without what says when it was made.
-    return re.sub(r"<!--.*?-->\n?", "", done.stdout[done.stdout.index("<svg"):], flags=re.DOTALL)
+    return [re.sub(r"<!--.*?-->\n?", "", drawn[drawn.index("<svg"):], flags=re.DOTALL)
+            for drawn in json.loads(done.stdout)]
 
 
 def _quote(text) -> str:

@@ -4,6 +4,7 @@ import inspect
 import re
 from collections import Counter
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 
 from tb.docs.diagram import dot, draw
@@ -45,7 +46,7 @@ class Reference:
     """
 
     def __init__(self, classes: list[type], structures: Mapping[type, Structure]):
-        self._structures, self._drawn = structures, {}
+        self._structures = structures
         self._by_name: dict[str, list[type]] = {}
         for cls in classes:
             self._by_name.setdefault(cls.__name__, []).append(cls)
@@ -91,13 +92,17 @@ class Reference:
 
     def diagram(self, cls: type, here: str) -> str:
         """Its blocks, as HTML whose links start at the page ``here``; nothing if there is but one."""
-        structure = self._structures.get(cls)
-        if structure is None or len(structure.blocks) < 2 or not structure.links:
-            return ""
-        if cls not in self._drawn:
-            self._drawn[cls] = draw(dot(structure, page_of=lambda block: (
-                UP + self.path(block).removesuffix("md") + "html" if block.__name__ in self._by_name else None)))
-        return f'<div class="diagram">\n{self._drawn[cls].replace(UP, _up(here))}</div>\n'
+        drawn = self._drawn.get(cls)
+        return "" if drawn is None else f'<div class="diagram">\n{drawn.replace(UP, _up(here))}</div>\n'
+
+    @cached_property
+    def _drawn(self):
+        """Diagrams of all that have several blocks, which are drawn together."""
+        def page_of(block):
+            return UP + self.path(block).removesuffix("md") + "html" if block.__name__ in self._by_name else None
+
+        shown = [cls for cls, structure in self._structures.items() if len(structure.blocks) > 1 and structure.links]
+        return dict(zip(shown, draw([dot(self._structures[cls], page_of=page_of) for cls in shown]), strict=True))
 
     def timing(self, cls: type, here: str) -> str:
         """What its docstring says of timing, and its latency."""

@@ -281,13 +281,17 @@ def no_tools(monkeypatch):
 
 
 LONG = [one for one in COMMANDS if is_run(one) and WITHOUT_TOOLS.pattern in elsewhere(one)]
-# Of a commit one of each command: they elaborate units and a board, as other tests of a commit do.
-SHORT = {words[3 if words[0] == "python" else 1]: words for words in (one.words for one in LONG)
-         if {"--unit", "board"} & {*words}}
 
 
-@pytest.mark.parametrize("command", [
-    pytest.param(one, marks=[] if one.words in SHORT.values() else pytest.mark.nightly, id=str(one)) for one in LONG])
+@pytest.mark.parametrize("command", [one for one in LONG if "--unit" in one.words], ids=str)
+def test_units_of_commands_exist(command):
+    words = command.words
+    assert words[words.index("--unit") + 1] in UNITS[words[words.index("report") + 1]]
+
+
+# They elaborate units and a board, as other tests of a commit do.
+@pytest.mark.nightly
+@pytest.mark.parametrize("command", LONG, ids=str)
 def test_long_commands_run_without_the_tools_of_synthesis(command, no_tools, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run(command, tmp_path)

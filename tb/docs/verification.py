@@ -49,7 +49,7 @@ def collected(*paths: str) -> list[pytest.Function]:
     """
     collector, said = _Collector(), io.StringIO()
     with contextlib.redirect_stdout(said):
-        code = pytest.main(["--collect-only", "-q", "-p", "no:cacheprovider", f"--rootdir={ROOT}",
+        code = pytest.main(["--collect-only", "-q", "--assert=plain", "-p", "no:cacheprovider", f"--rootdir={ROOT}",
                             *(str(ROOT / path) for path in paths or ("tb",))], plugins=[collector])
     if code != pytest.ExitCode.OK:
         raise RuntimeError(said.getvalue())
