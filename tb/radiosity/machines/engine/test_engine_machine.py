@@ -21,6 +21,12 @@ SMALL = ("cornell", "--frusta", "4", "--rays", "16x16", "--cell", "1")
 SPEC = JobSpec(scene="cornell", rays=(16, 16), frusta=4, cell=1.0)
 
 
+@pytest.fixture(scope="module")
+def casts(tmp_path_factory):
+    """Where casts are kept, which several machines have in common."""
+    return tmp_path_factory.mktemp("casts")
+
+
 def run(*words):
     return CliRunner().invoke(radiosity.cli.main.main, ["machine", "engine", *words])
 
@@ -35,10 +41,12 @@ def test_the_command_prints_one_object(tmp_path):
     assert len([*tmp_path.iterdir()]) == 4
 
 
-def test_text_marks_what_is_extrapolated():
-    output = run(*SMALL, "--nodes", "32", "--groups", "4").output
+def test_text_marks_what_is_extrapolated(casts, monkeypatch):
+    """What is larger than all hardware, which here has a cluster."""
+    monkeypatch.setattr("radiosity.machines.engine.engine_machine.CALIBRATED", 1)
+    output = run(*SMALL, "--nodes", "4", "--groups", "2", "--casts", str(casts)).output
     assert "(extrapolated)" in output
-    assert "32 clusters in 4 groups, 32 sections" in output
+    assert "4 clusters in 2 groups, 8 sections" in output
 
 
 def test_what_is_larger_than_all_hardware_is_extrapolated():
@@ -47,19 +55,19 @@ def test_what_is_larger_than_all_hardware_is_extrapolated():
     assert [run.is_extrapolated for run in runs] == [False, True]
 
 
-def test_a_part_of_a_cycle_bounds_a_job_as_a_whole_one():
+def test_a_part_of_a_cycle_bounds_a_job_as_a_whole_one(casts):
     """Casts are shared out to the clusters; the dispatcher reads two near cells of a section in a cycle."""
-    run = EngineMachine(SPEC, PRESETS["paper"]).run(4, 4)
-    casts, near = run.simulated.cast_cycles, run.job.descriptors["near_count"].tolist()
+    run = EngineMachine(SPEC, PRESETS["paper"], folder=casts).run(4, 4)
+    cycles, near = run.simulated.cast_cycles, run.job.descriptors["near_count"].tolist()
     # Otherwise nothing would be rounded.
-    assert casts % 4
-    assert run.bounds["casts"] == math.ceil(casts / 4)
+    assert cycles % 4
+    assert run.bounds["casts"] == math.ceil(cycles / 4)
     sections = len(run.simulated.casts) * job_timing(run.job.config, latency=10).dispatch
     assert run.bounds["dispatch"] == sections + sum(math.ceil(count / 2) for count in near)
 
 
-def test_the_longest_section_ends_with_its_results():
-    run = EngineMachine(replace(SPEC, hit_format=HitFormat.FULL), PRESETS["paper"]).run(1, 1)
+def test_the_longest_section_ends_with_its_results(casts):
+    run = EngineMachine(replace(SPEC, hit_format=HitFormat.FULL), PRESETS["paper"], folder=casts).run(1, 1)
     times = run.simulated.times
     assert run.bounds["longest section"] == (times.done - times.begins).max() > (times.ends - times.begins).max()
 
@@ -75,8 +83,8 @@ def test_wrong_machines_are_refused(words, message):
     assert message in str(done.exception) + done.output
 
 
-def test_more_clusters_take_fewer_cycles_until_something_limits_them():
-    machine = EngineMachine(SPEC, PRESETS["paper"])
+def test_more_clusters_take_fewer_cycles_until_something_limits_them(casts):
+    machine = EngineMachine(SPEC, PRESETS["paper"], folder=casts)
     (one,), four = (strong_runs(machine, nodes, frusta=4) for nodes in (1, 4))
     assert one.cycles > four[0].cycles
     assert four[0].cycles > one.bounds["casts"] // 4

@@ -31,6 +31,7 @@ def test_cycles_are_those_of_the_hardware_for_all_cells():
     assert error.max() < 0.10
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("row", "changes"), [
     (("lobby", 0.0625), {"ctu.run_ahead": 0}), (("tetra", 0.35), {"icu.slots": 16})])
 def test_another_rule_has_other_cycles(row, changes):

@@ -50,6 +50,7 @@ def test_cycles_of_all_jobs_are_those_of_the_hardware():
     assert found["load"].max() < 0.06
 
 
+@pytest.mark.nightly
 def test_another_rule_has_other_cycles():
     tetra, = (one for one in recorded_jobs() if one.spec.frusta == 1 and one.spec.scene == "tetra")
     job, casts, timings = prepared(tetra)

@@ -37,9 +37,9 @@ def small(nodes):
     return NodeMemory(size=(1 << 20) + 240_000 + PATCHES * 96 + rows // 2)
 
 
-RUNS = [(scheme, kind, nodes, is_small) for scheme, kind, nodes, is_small in product(
-    SCHEMES, ASSIGNMENTS, (2, 8), (False, True)) if (scheme != "demand-driven" or kind == "random")
-    and nodes == (8 if is_small else 2)]
+RUNS = [pytest.param(scheme, kind, nodes, is_small, marks=pytest.mark.nightly if kind == "scattered" else [])
+        for scheme, kind, nodes, is_small in product(SCHEMES, ASSIGNMENTS, (2, 8), (False, True))
+        if (scheme != "demand-driven" or kind == "random") and nodes == (8 if is_small else 2)]
 
 
 @pytest.fixture(scope="module")

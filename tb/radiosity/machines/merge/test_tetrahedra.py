@@ -10,7 +10,8 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 
 @pytest.mark.parametrize(("sides", "cells", "exterior", "faces"), [
-    ((40, 32, 32), 187_395, 13_516, 381_548), ((38, 76, 38), 513_375, 27_676, 1_040_588)])
+    ((40, 32, 32), 187_395, 13_516, 381_548),
+    pytest.param((38, 76, 38), 513_375, 27_676, 1_040_588, marks=pytest.mark.nightly)])
 def test_triangles_are_the_source_s(sides, cells, exterior, faces):
     """Its numbers for blunt fin and post are 2 T + E / 2."""
     volume = blunt_fin(sides)
@@ -40,7 +41,7 @@ def test_faces_are_those_of_their_cells():
     assert (own == 4).all()
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_no_cell_of_a_fin_is_inverted(seed):
     """All cells of one place in their hexahedron have the same orientation."""
     found = np.sign(signed(blunt_fin((12, 8, 6), seed=seed)))

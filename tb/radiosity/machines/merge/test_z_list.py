@@ -1,5 +1,7 @@
 """The volume renderer equals rays that march through all cells, and has the same bytes for all splits and nodes."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -13,12 +15,13 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 SIZE = 32
 
 
+@cache
 def render(seed, splitter="hs", nodes=1, weights=TRIANGLES_ALONE):
     _, screen = small_volume(seed)
     return render_regions(screen, split_screen(splitter, screen.boxes, weights, nodes=nodes, width=SIZE, height=SIZE))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(2, 6))])
 def test_pictures_equal_marched_rays(seed):
     expected = marched(*small_volume(seed))
     found = render(seed).picture
@@ -27,7 +30,7 @@ def test_pictures_equal_marched_rays(seed):
 
 
 @pytest.mark.parametrize("splitter", SPLITTERS)
-@pytest.mark.parametrize("nodes", [2, 8, 32])
+@pytest.mark.parametrize("nodes", [8, *(pytest.param(nodes, marks=pytest.mark.nightly) for nodes in (2, 32))])
 def test_pictures_have_the_same_bytes_for_all_splits_and_nodes(splitter, nodes):
     one = render(1)
     found = render(1, splitter, nodes, WorkWeights())

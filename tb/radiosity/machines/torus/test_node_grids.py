@@ -46,8 +46,8 @@ def members(grids, node, v):
 
 @pytest.mark.parametrize("entries", [0, 64, 4096])
 def test_voxels_have_the_objects_whose_surface_meets_them_once(entries):
-    scene, v = drawn_scene(5), 6
-    grids = grids_of(scene, entries=entries)
+    scene, v = drawn_scene(5), 4
+    grids = grids_of(scene, v=v, entries=entries)
     for node in range(4):
         for place, objects in members(grids, node, v).items():
             low = grids.low[node] + np.array(place) * grids.cell[node]
@@ -106,6 +106,7 @@ def test_in_an_array_voxels_that_were_empty_share_the_first_reference_of_an_obje
     assert grids_of(scene, entries=64).counts[:, 0].sum() == plain
 
 
+@pytest.mark.nightly
 def test_the_voxel_of_a_lampshade_s_apex_keeps_its_triangles():
     grids = grids_of(barroom367(), v=41, side=1)
     lengths = [len(one) for one in members(grids, 0, 41).values()]

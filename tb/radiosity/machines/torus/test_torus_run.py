@@ -1,6 +1,5 @@
 """The picture does not depend on the machine, and equals a recursive ray tracer's."""
 
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -17,11 +16,6 @@ from tb.radiosity.machines.torus.whitted import picture
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 
-@cache
-def reference(**changes):
-    return run_small(nodes=1, subdivisions=1, growth=0.0, **changes).sums.tobytes()
-
-
 @pytest.mark.parametrize("glass", [0.0, 0.3])
 @pytest.mark.parametrize("has_shadows", [True, False])
 def test_sums_of_returned_colours_are_those_of_recursion(glass, has_shadows):
@@ -33,25 +27,24 @@ def test_sums_of_returned_colours_are_those_of_recursion(glass, has_shadows):
 
 
 @pytest.mark.parametrize("changes", [
-    {"nodes": nodes, "growth": growth, "growth_by": by}
-    for nodes in (4, 9, 25) for growth, by in ((0.0, "axis"), (0.24, "volume"), (1.0, "axis"))]
-    + [{"nodes": 9, "delay": delay, "seed": seed} for delay in (3000, 200_000) for seed in range(2)]
-    + [{"subdivisions": v, "storage": storage, "entries": 64} for v in (1, 17) for storage in ("array", "hash")]
-    + [{"nodes": 9, "is_stealing": False}, {"nodes": 9, "buffer": 340}], ids=str)
+    {"nodes": 4, "growth": 0.0}, {"nodes": 25, "growth": 0.24, "growth_by": "volume"}, {"nodes": 9, "growth": 1.0},
+    {"nodes": 9, "delay": 3000}, {"nodes": 9, "delay": 200_000, "seed": 1},
+    {"subdivisions": 17, "storage": "array"}, {"subdivisions": 17, "storage": "hash", "entries": 64},
+    {"nodes": 9, "is_stealing": False}, {"nodes": 9, "buffer": 340}], ids=str)
 def test_the_picture_equals_the_one_node_picture(changes):
     run = run_small(**changes)
-    assert run.sums.tobytes() == reference()
+    assert run.sums.tobytes() == run_small(nodes=1, subdivisions=1, growth=0.0).sums.tobytes()
     assert run.state.counts[ts.LIVE] == 0
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [2])
 def test_drawn_scenes_have_the_picture_of_one_node_too(seed):
     one, many = (run_small(seed, glass=0.2, nodes=nodes, growth=0.3) for nodes in (1, 16))
     assert one.sums.tobytes() == many.sums.tobytes()
     assert one.rays == many.rays
 
 
-@pytest.mark.parametrize("deepest", [0, 1, 8])
+@pytest.mark.parametrize("deepest", [0, 1])
 def test_no_ray_is_deeper_than_the_largest_level_and_cut_rays_return_their_colour(deepest):
     run = run_small(deepest=deepest, log=10_000)
     assert run.log[run.log[:, 5] == 0, 4].max() == min(deepest, run.log[run.log[:, 5] == 0, 4].max())
@@ -88,8 +81,7 @@ def test_pixels_spiral_from_the_middle_outwards():
     assert (steps[np.diff(rings) == 0] == 1).all()
 
 
-@pytest.mark.parametrize("nodes", [1, 4, 9])
-@pytest.mark.parametrize("growth", [0.0, 0.02, 1.0])
+@pytest.mark.parametrize(("nodes", "growth"), [(1, 0.0), (4, 0.02), (9, 0.0), (9, 1.0)])
 def test_primaries_begin_in_the_box_of_the_node_that_has_their_pixel(nodes, growth):
     run = run_small(nodes=nodes, growth=growth, is_stealing=False, log=100_000)
     first = {}
@@ -189,11 +181,8 @@ def test_objects_go_right_along_the_lowest_row_and_up_from_there_as_far_as_boxes
 
 
 @pytest.mark.parametrize(("changes", "message"), [
-    ({"nodes": 8}, "Nodes must be a square number up to 1024, not 8"),
     ({"nodes": 1025}, "Nodes must be 1 to 1024, not 1025"),
-    ({"subdivisions": 0}, "Subdivisions must be 1 to 128, not 0"),
     ({"entries": 48}, "Entries must be a power of two, not 48"),
-    ({"buffer": 339}, "Buffer must be 340 to"),
     ({"least": 1.0}, "Least must be at least 0 and below 1, not 1.0"),
     ({"storage": "tree"}, "Storage must be one of array, hash, not 'tree'"),
     ({"growth_by": "area"}, "Growth-by must be one of axis, volume, not 'area'"),
@@ -201,10 +190,3 @@ def test_objects_go_right_along_the_lowest_row_and_up_from_there_as_far_as_boxes
 def test_wrong_setups_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
         TorusSetup(**changes)
-
-
-def test_boxes_are_at_least_a_pixel():
-    with pytest.raises(InputError, match="Pixels must be at least 4 in a row and in a column, not 3"):
-        run_small(nodes=16, size=(3, 8))
-    with pytest.raises(InputError, match="Growth must be 0 to 100 times the box, not -1"):
-        run_small(growth=-1)

@@ -38,5 +38,5 @@ def test_shadow_rays_wait_apart_from_other_rays(monkeypatch):
         push(state, node, queue, item)
 
     monkeypatch.setattr(ts, "push_first", note)
-    assert run_small(nodes=4).state.tallies[:, ts.PASSED].sum() > 0
+    assert run_small.__wrapped__(nodes=4).state.tallies[:, ts.PASSED].sum() > 0
     assert seen == {(ts.RAYS, ts.RAY), (ts.SHADOWS, ts.SHADOW)}

@@ -1,5 +1,7 @@
 """Small scenes and machines for nodes that pass rays."""
 
+from functools import cache
+
 import numpy as np
 
 from radiosity.machines.torus.torus_run import TorusSetup, simulate_torus
@@ -33,7 +35,8 @@ def drawn_scene(seed, *, spheres=6, polygons=14, glass=0.0):
                       lights=np.array(lights), slope=0.35)
 
 
+@cache
 def run_small(drawn=1, *, glass=0.0, log=0, **changes):
-    """A small picture of a drawn scene."""
+    """A small picture of a drawn scene; the same one again for the same machine."""
     setup = {"nodes": 4, "size": SIZE, "subdivisions": 5, **changes}
     return simulate_torus(drawn_scene(drawn, glass=glass), TorusSetup(**setup), log=log)
