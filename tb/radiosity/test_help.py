@@ -21,6 +21,7 @@ from golden.engine.config import PRESETS
 from golden.engine.noc.topology import TOPOLOGIES
 from golden.engine.stimulus import BLOCKS, files
 from golden.light.factors.sky_division import SKY_DIVISIONS
+from golden.light.factors.units import METRES
 from golden.light.photometry.quantities import EFFICACY
 from golden.light.solvers import SOLVERS
 from golden.light.tone import CURVES
@@ -186,6 +187,7 @@ def test_names_are_those_of_the_registries():
     assert tuple(SOLVERS) == choices.SOLVERS
     assert tuple(CURVES) == choices.CURVES
     assert tuple(SKY_DIVISIONS) == choices.SKY_DIVISIONS
+    assert tuple(METRES) == choices.LENGTH_UNITS
     assert SKIES == choices.SKIES
     assert tuple(load.SUFFIXES) == choices.SCENE_SUFFIXES
     assert tuple(export.FORMATS) == choices.EXPORT_SUFFIXES

@@ -1,7 +1,6 @@
 """`formfactors` on a disk that is full, and within a time limit."""
 
 import json
-import re
 import resource
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -11,15 +10,8 @@ import numpy as np
 import pytest
 
 from golden.cast import shared_caster
-from golden.cast.grid import Grid
 from golden.light.closed_forms import c_11
-from golden.light.factors.compute import compute_view_factors
-from golden.light.factors.rows import FactorRows
-from golden.light.factors.units import METRES
 from golden.light.factors.view_factors import ViewFactors
-from golden.scene.builtin import builtin_scene
-from radiosity.cli.golden import choices
-from radiosity.tasks.view_factors import ViewFactorTask
 from tb.radiosity.cli.golden.runner import report, run
 
 SCENE = "furnace:6", "--rays", "64x16"
@@ -94,16 +86,6 @@ def test_a_run_whose_output_fails_at_the_end_keeps_all_its_blocks(folder, monkey
     assert [path.name for path in sorted(folder.iterdir())] == ["F.npz", "whole.npz"]
 
 
-def test_units_are_those_of_the_option_and_reach_the_file(folder):
-    assert tuple(METRES) == choices.LENGTH_UNITS
-    given = "formfactors", "furnace:1", "--rays", "16x4"
-    for unit in "m", "mm":
-        assert run(*given, "--unit", unit, "-o", f"{unit}.nc").exit_code == 0
-    metres, millimetres = ViewFactors.open(folder / "m.nc"), ViewFactors.open(folder / "mm.nc")
-    np.testing.assert_allclose(millimetres.area, metres.area / 1e6, rtol=1e-15)
-    assert millimetres.settings["unit"] == "mm"
-
-
 def test_facets_that_overlap_are_an_error_if_strict(folder):
     # The first facet is cut into several patches.
     (folder / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 5 0 0\nv 7 0 0\nv 6 1 0\nv 7 2 0\nv 5 2 0\n"
@@ -158,32 +140,6 @@ def test_parts_of_a_facet_that_a_limit_cuts_stay_rows(folder):
     factors = ViewFactors.open(folder / "F.npz")
     assert factors.area.max() <= 0.5
     assert factors.area.sum() == pytest.approx(3)
-
-
-def test_the_share_of_black_backs_is_reported(folder):
-    (folder / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
-                                  "f 1 2 3 4\nf 5 6 7 8\n")
-    found = run("formfactors", "a.obj", "--facets", "--error", "0.1", "-o", "vfsparse.inp.1")
-    assert re.search(r"black backs of one-sided patches take up to 0\.\d+ of a row, which these files leave out",
-                     found.stdout), found.stdout
-
-
-@pytest.mark.parametrize(("limit", "attempts"), [(0, 1), (17.9, 1), (20.1, 3), (99, 4)])
-def test_an_attempt_begins_only_if_eight_times_the_last_ones_time_is_left(folder, monkeypatch, limit, attempts):
-    scene, clock, errors = builtin_scene("furnace:1"), [0.0], []
-    factors = compute_view_factors(FactorRows(scene, Grid(scene), error=0.1))
-
-    def attempt(error, **_):
-        errors.append(error)
-        clock[0] += 2
-        return factors
-
-    monkeypatch.setattr("radiosity.tasks.view_factors.time", SimpleNamespace(perf_counter=lambda: clock[0]))
-    monkeypatch.setattr("radiosity.tasks.view_factors.compute_view_factors", attempt)
-    task = ViewFactorTask("furnace:1", folder / "F.npz")
-    text = task.run_within(limit, lambda error: error, error=1e-3, method="grid")[1]
-    assert errors == [0.05, 0.0125, 0.003125, 1e-3][:attempts]
-    assert ("the time limit ended the work" in text) == (attempts < 4)
 
 
 def test_samples_alone_choose_hemispheres(folder):

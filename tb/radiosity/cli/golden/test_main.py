@@ -10,14 +10,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from PIL import Image
-from scipy import sparse
 
 import radiosity.cli.golden.main
 import radiosity.tasks.render
 from golden.cast.methods import RAY_METHODS
-from golden.engine.cast.methods import FRUSTUM_METHODS
 from golden.light.image import read_exr
-from golden.scene.builtin import BUILTIN
 from radiosity.cli.command_line import command_line
 
 FAST = ("--size", "12x8", "--spp", "1", "--light-samples", "1", "--depth", "1", "--rays", "16x4", "--method", "grid")
@@ -28,10 +25,6 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 LAMP = "mtllib lamp.mtl\nusemtl lamp\n"
 NFF_VIEW = "v\nfrom {from_}\nat 0 0 0\nup 0 0 1\nangle 40\nhither 1\nresolution 16 16\n"
 NFF_BODY = "b 0.5 0.5 0.5\nl 4 3 2\nf 0.8 0.2 0.2 1 0 0 0 1\np 3\n0 0 0\n1 0 0\n0 1 0\n"
-PLY = ("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-       "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 {} 0\n3 0 1 2\n")
-
-
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -67,11 +60,8 @@ RENDER = ("render", "furnace:1", "-o", "out.png", *FAST)
 
 FACTORS = ("formfactors", "furnace:1", "--rays", "16x4")
 PENTAGON = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n"
-BENT = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nf 1 2 3 4\n"
 ADAPTIVE = ("formfactors", "-o", "F.npz")
 VS3 = "V 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\nS 1 1 2 3 4 0 0 1 wall\n"
-STL = ("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 {} 0\nendloop\nendfacet\n"
-       "endsolid a\n")
 EXCHANGE = ("exchange", "F.npz", "t.csv", "-o", "q.csv")
 HEAD = "surface,temperature,emissivity\n"
 # View factors between two parallel walls.
@@ -88,29 +78,13 @@ BAD = {
     "no output": ({}, ("render", "furnace"), "--output"),
     "two scenes": ({}, ("render", "furnace", "cornell", "-o", "out.png"), "cornell"),
     "unknown scene": ({}, ("render", "atrium", "-o", "out.png"), "'atrium'"),
-    "size of a scene that has one": ({}, ("render", "cornell:2", "-o", "out.png"), "one size"),
     "size that is no number": ({}, ("render", "tetra:big", "-o", "out.png"), "whole number"),
-    "size out of range": ({}, ("render", "tetra:99", "-o", "out.png"), "Size must be"),
     "negative size": ({}, ("render", "tetra:-1", "-o", "out.png"), "whole number"),
     "missing file": ({}, ("render", "nowhere.obj", "-o", "out.png"), "nowhere.obj"),
-    "missing file of NFF": ({}, ("render", "nowhere.nff", "-o", "out.png"), "nowhere.nff"),
     "unknown ending": ({"a.max": "x"}, ("render", "a.max", "-o", "out.png"), ".max"),
-    "file without faces": ({"a.obj": TRIANGLE}, ("render", "a.obj", "-o", "out.png"), "a.obj"),
     "empty file": ({"a.obj": ""}, ("render", "a.obj", "-o", "out.png"), "a.obj"),
-    "empty STL": ({"a.stl": ""}, ("render", "a.stl", "-o", "out.png"), "a.stl"),
-    "empty NFF": ({"a.nff": ""}, ("render", "a.nff", "-o", "out.png"), "a.nff"),
-    "binary rubbish as GLB": ({"a.glb": "\0\1\2 rubbish"}, ("render", "a.glb", "-o", "out.png"), "a.glb"),
     "rubbish as glTF": ({"a.gltf": "{}"}, ("render", "a.gltf", "-o", "out.png"), "a.gltf"),
-    "rubbish as PLY": ({"a.ply": "ply\nformat"}, ("render", "a.ply", "-o", "out.png"), "a.ply"),
     "rubbish as NFF": ({"a.nff": "p 3\n0 0\n"}, ("render", "a.nff", "-o", "out.png"), "a.nff"),
-    "vertex not a number": ({"a.obj": "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"),
-                            "finite"),
-    "vertex at infinity": ({"a.ply": PLY.format("inf")}, ("render", "a.ply", "-o", "out.png"), "finite"),
-    "face without area": ({"a.obj": "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"),
-                          "area"),
-    "face without area in PLY": ({"a.ply": PLY.format("0")}, ("render", "a.ply", "-o", "out.png"), "area"),
-    "face with a vertex that is not there": ({"a.obj": TRIANGLE + "f 1 2 9\n"}, ("render", "a.obj", "-o", "out.png"),
-                                             "a.obj"),
     "unknown material": ({"a.obj": LAMP + TRIANGLE + "f 1 2 3\n", "lamp.mtl": "newmtl other\nKd 1 1 1\n"},
                          ("render", "a.obj", "-o", "out.png", "--strict"), "'lamp'"),
     "missing material file": ({"a.obj": LAMP + TRIANGLE + "f 1 2 3\n"},
@@ -118,9 +92,6 @@ BAD = {
     "no light": ({"a.obj": TRIANGLE + "f 1 2 3\n"}, ("render", "a.obj", "-o", "out.png"), "light"),
     "folder as scene": ({"a.obj/b": ""}, ("render", "a.obj", "-o", "out.png"), "a.obj"),
     "eye at the target": ({}, (*RENDER, "--eye", "1,2,3", "--target", "1,2,3"), "eye"),
-    "up along the view": ({}, (*RENDER, "--eye", "0,0,3", "--target", "0,0,1", "--up", "0,0,1"), "along the view"),
-    "no field of view": ({}, (*RENDER, "--fov", "0"), "Field of view"),
-    "field of view over half the space": ({}, (*RENDER, "--fov", "180"), "Field of view"),
     "eye of two numbers": ({}, (*RENDER, "--eye", "1,2"), "--eye"),
     "eye not a number": ({}, (*RENDER, "--eye", "1,2,nan"), "--eye"),
     "degenerate camera of a file": ({"a.nff": NFF_VIEW.format(from_="0 0 0") + NFF_BODY},
@@ -138,29 +109,18 @@ BAD = {
     "surfaces with the wrong ending": ({}, (*RENDER, "--surfaces", "a.obj"), ".glb"),
     "false colours in a missing folder": ({}, (*RENDER, "--false-colour", "missing/a"), "missing/a"),
     "sensors that are not there": ({}, (*RENDER, "--sensors", "a.txt"), "a.txt: cannot be read"),
-    "sensors of five numbers": ({"a.txt": "0 0 0 0 1\n"}, (*RENDER, "--sensors", "a.txt"), "a.txt: line 1: "),
     "table of no sensors": ({}, (*RENDER, "--sensor-table", "a.csv"), "--sensor-table: Sensor table must have sensors"),
     "table over its sensors": ({"a.csv": "0 0 0 0 0 1\n"}, (*RENDER, "--sensors", "a.csv", "--sensor-table", "a.csv"),
                                "it is the input"),
     "no efficacy": ({}, (*RENDER, "--efficacy", "0"), "--efficacy"),
     "image of one number": ({}, (*RENDER, "--size", "512"), "--size"),
     "image of a digit that is no decimal one": ({}, (*RENDER, "--size", "12x²"), "'12x²' is not two whole numbers"),
-    "image without pixels": ({}, (*RENDER, "--size", "0x10"), "Width must be"),
-    "image too wide": ({}, (*RENDER, "--size", "99999x1"), "Width must be"),
     "image too large": ({}, (*RENDER, "--size", "16384x16384"), "pixels"),
-    "no samples": ({}, (*RENDER, "--spp", "0"), "Samples must be"),
     "samples that are no square": ({}, (*RENDER, "--spp", "3"), "square number"),
     "samples not a number": ({}, (*RENDER, "--spp", "many"), "--spp"),
-    "no light samples": ({}, (*RENDER, "--light-samples", "0"), "Light samples must be"),
-    "negative depth": ({}, (*RENDER, "--depth", "-1"), "Depth must be"),
-    "negative seed": ({}, (*RENDER, "--seed", "-1"), "Seed must be"),
     "rays not a power of two": ({}, (*RENDER, "--rays", "100x64"), "power of two"),
-    "too many rays": ({}, (*RENDER, "--rays", "65536x65536"), "power of two"),
     "no edge": ({}, (*RENDER, "--max-edge", "0"), "--max-edge"),
-    "edge not a number": ({}, (*RENDER, "--max-edge", "nan"), "--max-edge"),
-    "negative area": ({}, (*RENDER, "--max-area", "-1"), "--max-area"),
     "too many elements": ({}, (*RENDER, "--max-edge", "1e-6"), "elements"),
-    "cell larger than the scene": ({}, (*RENDER, "--cell", "2"), "Cell size must be"),
     "no threads": ({}, (*RENDER, "--jobs", "0"), "Jobs must be"),
     "unknown solver": ({}, (*RENDER, "--solver", "magic"), "magic"),
     "nothing missing": ({}, (*RENDER, "--shoot", "1e-9"), "--shoot: Tolerance must be"),
@@ -198,8 +158,6 @@ BAD = {
     "north upwards": ({}, (*RENDER, "--sky", "uniform", "--north", "0,0,1"), "--north: North must not be"),
     "luminaire of an unknown kind": ({"a.txt": ""}, (*RENDER, "--luminaire", "a.txt", "0,0,1"), "a.txt: Suffix"),
     "luminaire that is not there": ({}, (*RENDER, "--luminaire", "a.ies", "0,0,1"), "a.ies: cannot be read"),
-    "luminaire without a tilt": ({"a.ies": "rubbish"}, (*RENDER, "--luminaire", "a.ies", "0,0,1"), "no line TILT="),
-    "luminaire that ends": ({"a.ldt": "maker\n1\n"}, (*RENDER, "--luminaire", "a.ldt", "0,0,1,90"), "a.ldt: line 2: "),
     "luminaire nowhere": ({"a.ies": ""}, (*RENDER, "--luminaire", "a.ies", "0,0"), "--luminaire"),
     "export of an unknown scene": ({}, ("scene", "atrium", "-o", "a.glb"), "'atrium'"),
     "export to an unknown format": ({}, ("scene", "furnace", "-o", "a.blend"), ".blend"),
@@ -209,7 +167,6 @@ BAD = {
     "form factors without sample points": ({}, ("formfactors", "furnace", "-o", "F.npz", "--samples", "0"),
                                            "--samples"),
     "view factors without a case": ({}, ("formfactors", "furnace", "-o", "vfsparse.input"), "vfsparse.inp"),
-    "view factors in a missing folder": ({}, (*FACTORS, "-o", "missing/F.nc"), "missing/F.nc"),
     "view factors where nothing can be written": ({}, (*FACTORS, "-o", "/sys/F.npz"), "/sys/F.npz': cannot be written"),
     "netCDF where nothing can be written": ({}, (*FACTORS, "-o", "/sys/F.nc"), "/sys/F.nc': cannot be written"),
     "lines where nothing can be written": ({}, (*FACTORS, "-o", "/sys/vfsparse.inp"), "cannot be written"),
@@ -237,33 +194,11 @@ BAD = {
     "resumed run of something else": ({"F.npz.blocks/run.json": "{}"}, (*FACTORS, "-o", "F.npz", "--resume"),
                                       "other values of"),
     "unfinished run": ({"F.npz.blocks/run.json": "{}"}, (*FACTORS, "-o", "F.npz"), "continue it by --resume"),
-    "facet that crosses itself": ({"a.obj": PENTAGON.replace("1 2 3 4 5", "1 3 2 4 5")},
-                                  ("formfactors", "a.obj", "-o", "F.npz", "--facets"), "facet 1: polygon: it crosses"),
-    "facet that is bent": ({"a.obj": BENT}, ("formfactors", "a.obj", "-o", "F.npz", "--facets"), "not planar"),
-    "empty VS3": ({"a.vs3": ""}, ("formfactors", "a.vs3", "-o", "F.npz"), "no surfaces"),
     "rubbish as VS3": ({"a.vs3": "\0\1 rubbish"}, ("formfactors", "a.vs3", "-o", "F.npz"), "line 1"),
     "missing VS3": ({}, ("formfactors", "a.vs3", "-o", "F.npz"), "no such file"),
-    "vertex of VS3 not a number": ({"a.vs3": "V 1 0 0 x\n"}, ("formfactors", "a.vs3", "-o", "F.npz"), "'x'"),
-    "surface of VS3 at a missing vertex": ({"a.vs3": "V 1 0 0 0\nS 1 1 2 3 0 0 0 1 a\n"},
-                                           ("formfactors", "a.vs3", "-o", "F.npz"), "line 2"),
-    "VS3 of two dimensions": ({"a.vs3": "F 2\n"}, ("formfactors", "a.vs3", "-o", "F.npz"), "Geometry must be 3"),
-    "coordinate of VS3 not a number": ({"a.vs3": VS3.replace("1 1 0", "1 nan 0")}, (*ADAPTIVE, "a.vs3"), "finite"),
-    "vertex of VS3 out of sequence": ({"a.vs3": "V 2 0 0 0\n"}, (*ADAPTIVE, "a.vs3"), "out of sequence"),
-    "surface of VS3 of two corners": ({"a.vs3": VS3.replace("3 4 0", "0 0 0")}, (*ADAPTIVE, "a.vs3"), "line 5"),
-    "surface of VS3 without area": ({"a.vs3": VS3.replace("1 1 0", "2 0 0").replace("0 1 0", "3 0 0")},
-                                    (*ADAPTIVE, "a.vs3"), "facet 1"),
-    "surface of VS3 that is bent": ({"a.vs3": VS3.replace("1 1 0", "1 1 1")}, (*ADAPTIVE, "a.vs3"), "not planar"),
-    "subsurface of VS3": ({"a.vs3": VS3.replace("4 0 0", "4 9 0")}, (*ADAPTIVE, "a.vs3"), "subsurfaces"),
-    "emittance of VS3 above one": ({"a.vs3": VS3.replace("0 1 wall", "0 7 wall")}, (*ADAPTIVE, "a.vs3"), "Emittance"),
-    "unknown entry of VS3": ({"a.vs3": VS3 + "Q 1\n"}, (*ADAPTIVE, "a.vs3"), "'Q'"),
-    "facets of STL not a number": ({"a.stl": STL.format("nan")}, (*ADAPTIVE, "a.stl", "--facets"), "finite"),
-    "facets of STL without area": ({"a.stl": STL.format("0")}, (*ADAPTIVE, "a.stl", "--facets"), "no area"),
-    "facets of a word in STL": ({"a.stl": STL.format("x")}, (*ADAPTIVE, "a.stl", "--facets"), "not a readable STL"),
-    "facets of half an STL": ({"a.stl": STL.format("1")[:60]}, (*ADAPTIVE, "a.stl", "--facets"), "line 2: 'facet"),
     "facets of rubbish as STL": ({"a.stl": "rubbish " * 30}, (*ADAPTIVE, "a.stl", "--facets"), "not a readable STL"),
     "error not a number": ({}, (*ADAPTIVE, "furnace:1", "--error", "nan"), "--error"),
     "error in words": ({}, (*ADAPTIVE, "furnace:1", "--error", "small"), "--error"),
-    "error below all": ({}, (*ADAPTIVE, "furnace:1", "--error", "1e-9"), "--error: Error must be"),
     "no error of the sky": ({}, (*ADAPTIVE, "furnace:1", "--sky-error", "0"), "--sky-error"),
     "period of plain hemispheres": ({}, (*FACTORS, "-o", "F.npz", "--period", "9,9"), "--period excludes --rays"),
     "period below the scene's size": ({"a.vs3": VS3}, (*ADAPTIVE, "a.vs3", "--period", "0.5,9"),
@@ -282,7 +217,6 @@ BAD = {
                                          "--zenith: Zenith must be three finite values"),
     "unknown division of the sky": ({}, (*ADAPTIVE, "furnace:1", "--sky-patches", "klems"), "--sky-patches"),
     "infinite time": ({}, (*ADAPTIVE, "furnace:1", "--time-limit", "inf"), "--time-limit"),
-    "negative time": ({}, (*ADAPTIVE, "furnace:1", "--time-limit", "-5"), "--time-limit"),
     "no workers": ({}, (*ADAPTIVE, "furnace:1", "--workers", "0"), "--workers"),
     "too many workers": ({}, (*ADAPTIVE, "furnace:1", "--workers", "257"), "--workers"),
     "workers by HTTP": ({}, (*ADAPTIVE, "furnace:1", "--workers", "http://localhost:8786"), "--workers"),
@@ -300,17 +234,12 @@ BAD = {
     "exchange by rays": ({"F.npz": {"origin": [0.0]}, "t.csv": ""}, EXCHANGE, "F.npz: it holds no view factors"),
     "exchange by an archive that is none": ({"F.npz": "rubbish", "t.csv": ""}, EXCHANGE,
                                             "F.npz: it holds no view factors (it is no .npz archive)"),
-    "exchange by text": ({"F.txt": "", "t.csv": ""}, ("exchange", "F.txt", "t.csv", "-o", "q.csv"), ".npz or .nc"),
     "exchange with the wrong ending": ({"F.npz": WALLS}, ("exchange", "F.npz", "t.csv", "-o", "q.txt"), ".csv"),
     "exchange without a table": ({"F.npz": WALLS}, EXCHANGE, "t.csv: cannot be read"),
-    "exchange with an empty table": ({"F.npz": WALLS, "t.csv": ""}, EXCHANGE, "Header must name"),
-    "exchange without emissivities": ({"F.npz": WALLS, "t.csv": "surface,temperature\na,3\n"}, EXCHANGE, "Header"),
     "exchange of an unknown surface": ({"F.npz": WALLS, "t.csv": HEAD + "x,3,1\n"}, EXCHANGE, "no surface 'x'"),
     "exchange of a surface twice": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\na,3,1\n"}, EXCHANGE,
                                     "line 3: surface 'a' has a row already"),
     "exchange of some surfaces": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\n"}, EXCHANGE, "no row for surface 'b'"),
-    "temperature not a number": ({"F.npz": WALLS, "t.csv": HEAD + "a,hot,1\nb,3,1\n"}, EXCHANGE, "'hot'"),
-    "temperature below zero": ({"F.npz": WALLS, "t.csv": HEAD + "a,-3,1\nb,3,1\n"}, EXCHANGE, "at least 0 K"),
     "emissivity above one": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1.5\nb,3,1\n"}, EXCHANGE,
                              "t.csv: line 2: surface 'a': Emissivity must be 0 to 1, not 1.5"),
     "neither temperature nor flux": ({"F.npz": WALLS, "t.csv": HEAD + "a,,1\nb,3,1\n"}, EXCHANGE,
@@ -320,46 +249,25 @@ BAD = {
     "script-F with the wrong ending": ({"F.npz": WALLS}, (*EXCHANGE, "--script-f", "s.txt"), ".csv"),
     "exchange by netCDF that is none": ({"F.nc": "rubbish", "t.csv": HEAD},
                                         ("exchange", "F.nc", "t.csv", "-o", "q.csv"), "F.nc: it holds no view factors"),
-    "exchange by factors of other areas": ({"F.npz": WALLS | {"area": [1.0]}, "t.csv": HEAD}, EXCHANGE, "1 x 1"),
-    "exchange by factors that are no numbers": ({"F.npz": WALLS | {"data": [np.nan, 1]}, "t.csv": HEAD}, EXCHANGE,
-                                                "F must be finite"),
-    "exchange by factors to a missing patch": ({"F.npz": WALLS | {"indices": [5, 0]}, "t.csv": HEAD}, EXCHANGE,
-                                               "F.npz: it holds no view factors"),
     "exchange of a missing patch": ({"F.npz": WALLS, "t.csv": HEAD.replace("surface", "patch") + "5,3,1\n"}, EXCHANGE,
                                     "line 2: there is no patch '5'"),
-    "infinite temperature": ({"F.npz": WALLS, "t.csv": HEAD + "a,inf,1\nb,3,1\n"}, EXCHANGE, "finite"),
-    "temperature beyond float64": ({"F.npz": WALLS, "t.csv": HEAD + "a,1e200,1\nb,3,1\n"}, EXCHANGE, "at most 1e+25 K"),
     "flux beyond float64": ({"F.npz": WALLS, "t.csv": HEAD.strip() + ",flux\na,,1,1e300\nb,3,1,\n"}, EXCHANGE,
                             "at most 1e+100 W/m2"),
-    "emissivity not a number": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,nan\nb,3,1\n"}, EXCHANGE, "0 to 1"),
     "both temperature and flux": ({"F.npz": WALLS, "t.csv": HEAD.strip() + ",flux\na,3,1,1\nb,3,1,\n"}, EXCHANGE,
                                   "line 2: surface 'a': it must have either"),
     "flux below what arrives": ({"F.npz": WALLS, "t.csv": HEAD.strip() + ",flux\na,,1,-1e6\nb,3,1,\n"}, EXCHANGE,
                                 "surface 'a': it cannot take in more than arrives: Flux is too low, not -1e+06"),
-    "fluxes alone": ({"F.npz": WALLS, "t.csv": HEAD.strip() + ",flux\na,,1,0\nb,,1,0\n"}, EXCHANGE,
-                     "line 2: surface 'a': nothing sets its temperature"),
     "short row": ({"F.npz": WALLS, "t.csv": HEAD + "a,3\nb,3,1\n"}, EXCHANGE, "line 2: surface 'a' has no emissivity"),
     "column twice": ({"F.npz": WALLS, "t.csv": "surface,temperature,emissivity,surface\na,3,1,a\nb,3,1,b\n"}, EXCHANGE,
                      "each once"),
-    "sky beyond float64": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1\nb,3,1\n"},
-                           (*EXCHANGE, "--sky-temperature", "1e200"), "at most 1e+25 K"),
     "more values than names": ({"F.npz": WALLS, "t.csv": HEAD + "a,3,1,9\nb,3,1\n"}, EXCHANGE, "line 2: it has more"),
     "exchange where nothing can be written": ({}, ("exchange", "F.npz", "t.csv", "-o", "/sys/q.csv"),
                                               "/sys/q.csv': cannot be written"),
-    "exchange over its table": ({"F.npz": WALLS, "t.csv": HEAD}, ("exchange", "F.npz", "t.csv", "-o", "t.csv"),
-                                "it is the input"),
-    "exchange and script-F in one file": ({"F.npz": WALLS, "t.csv": HEAD}, (*EXCHANGE, "--script-f", "q.csv"), "twice"),
     "missing rays": ({}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "rays.npz"),
     "rays that are no archive": ({"rays.npz": "0 0 0"}, ("intersect", "furnace", "rays.npz", "-o", "hits.npz"),
                                  "'rays.npz': rays: not a .npz file\n"),
     "rays without direction": ({"rays.npz": {"origin": [[0.0, 0, 0]]}},
                                ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "direction"),
-    "rays of the wrong shape": ({"rays.npz": {"origin": [[0.0, 0]], "direction": [[0.0, 1]]}},
-                                ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "R x 3"),
-    "ray origin not a number": ({"rays.npz": {"origin": [[np.nan, 0, 0]], "direction": [[0.0, 0, 1]]}},
-                                ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "finite"),
-    "ray without direction": ({"rays.npz": {"origin": [[0.0, 0, 0]], "direction": [[0.0, 0, 0]]}},
-                              ("intersect", "furnace", "rays.npz", "-o", "hits.npz"), "zero"),
     "hits with the wrong ending": ({"rays.npz": {"origin": [[0.0, 0, 0]], "direction": [[0.0, 0, 1]]}},
                                    ("intersect", "furnace", "rays.npz", "-o", "hits.txt"), ".txt"),
 }
@@ -413,134 +321,12 @@ def test_bad_input_takes_five_seconds_and_two_gigabytes_at_most(folder, case):
     assert used.ru_maxrss < 2_000_000
 
 
-def test_help_names_every_command_and_every_command_has_help():
-    text = succeed("--help")
-    for name, command in radiosity.cli.golden.main.main.commands.items():
-        assert name in text
-        assert command.help
-        assert "SCENE" in succeed(name, "--help") or name in ("exchange", "scenes", "config", "stimulus")
-
-
-def test_scenes_lists_all_built_in_scenes_with_their_patch_counts():
-    table, rows = succeed("scenes"), json.loads(succeed("scenes", "--json"))["scenes"]
-    assert [row["name"] for row in rows] == list(BUILTIN)
-    for row in rows:
-        line = next(line for line in table.splitlines() if line.split()[:1] == [row["name"]])
-        assert line.split()[1] == str(row["patches"])
-        assert row["about"] in line
-        sizes = BUILTIN[row["name"]].sizes
-        assert row["sizes"] == ([min(sizes), max(sizes)] if sizes else None)
-    counts = {row["name"]: row["patches"] for row in rows}
-    assert {name: counts[name] for name in ("lobby", "room1627", "cubes", "man", "phone")} == {
-        "lobby": 227, "room1627": 1297, "cubes": 3079, "man": 3315, "phone": 4103}
-
-
-def test_exported_scene_renders_like_the_built_in_one(folder):
-    succeed("scene", "furnace:2", "-o", "furnace.glb")
-    assert [path.name for path in folder.iterdir()] == ["furnace.glb"]
-    for name, scene in (("a", "furnace:2"), ("b", "furnace.glb")):
-        succeed("render", scene, "-o", f"{name}.exr", "--stats", f"{name}.json", *COARSE)
-    one, other = (json.loads((folder / f"{name}.json").read_text()) for name in "ab")
-    assert one["patches"] == other["patches"] == 24
-    assert one["elements"] == other["elements"]
-    assert one["rays"]["primary"]["hits"] == other["rays"]["primary"]["hits"] == 96
-    # The file is turned to +y up, so its samples are others.
-    one, other = (read_exr(folder / f"{name}.exr").mean(axis=(0, 1)) for name in "ab")
-    np.testing.assert_allclose(other, one, rtol=0.01)
-
-
-@pytest.fixture
-def rays(folder):
-    rng = np.random.default_rng(5)
-    rays = {"origin": rng.uniform(0.1, 0.9, (200, 3)), "direction": rng.normal(size=(200, 3))}
-    np.savez(folder / "rays.npz", **rays)
-    return rays
-
-
-def test_intersect_gives_the_same_hits_by_every_method(folder, rays):
-    for method in RAY_METHODS:
-        succeed("intersect", "furnace:3", "rays.npz", "-o", f"{method}.npz", "--method", method)
-    with (np.load(folder / "grid.npz") as grid, np.load(folder / "naive.npz") as naive,
-          np.load(folder / "embree.npz") as embree):
-        assert sorted(grid.files) == ["patch", "t", "u", "v"]
-        for name in grid.files:
-            np.testing.assert_array_equal(grid[name], naive[name])
-            np.testing.assert_array_equal(embree[name], naive[name])
-        point = rays["origin"] + grid["t"][:, None] * rays["direction"]
-        assert (grid["patch"] >= 0).all(), "a closed cube lets no ray out"
-        np.testing.assert_allclose(np.minimum(point, 1 - point).min(axis=1), 0, atol=1e-12)
-
-
-def test_intersect_with_tmax_asks_whether_something_is_nearer(folder, rays):
-    succeed("intersect", "furnace:3", "rays.npz", "-o", "all.npz")
-    with np.load(folder / "all.npz") as hits:
-        nearest = hits["t"]
-    factor = np.where(np.arange(200) % 2, 0.99, 1.01)
-    np.savez(folder / "rays.npz", **rays, tmax=factor * nearest)
-    succeed("intersect", "furnace:3", "rays.npz", "-o", "any.npz")
-    with np.load(folder / "any.npz") as hits:
-        np.testing.assert_array_equal(hits["patch"] >= 0, factor > 1)
-
-
 def test_intersect_of_no_rays_gives_no_hits(folder):
     np.savez(folder / "rays.npz", origin=np.empty((0, 3)), direction=np.empty((0, 3)))
     for method in RAY_METHODS:
         succeed("intersect", "furnace:1", "rays.npz", "-o", "hits.npz", "--method", method)
         with np.load(folder / "hits.npz") as hits:
             assert hits["patch"].shape == (0,)
-
-
-def test_form_factors_of_a_closed_scene_sum_to_one_exactly(folder):
-    succeed("formfactors", "furnace:2", "-o", "F.npz", "--rays", "32x8", "--samples", "2")
-    with np.load(folder / "F.npz") as stored:
-        assert stored["row_sums"].shape == (24, 4)
-        assert stored["row_sums"].dtype == np.int64
-        assert (stored["row_sums"] == 2 ** int(stored["weight_bits"])).all()
-        np.testing.assert_allclose(stored["area"], 0.25)
-    factors = sparse.load_npz(folder / "F.npz")
-    assert factors.shape == (24, 24)
-    np.testing.assert_allclose(factors.sum(axis=1), 1, rtol=1e-12)
-
-
-def test_form_factors_close_and_are_reciprocal(folder):
-    printed = json.loads(succeed("formfactors", "cornell", "-o", "F.npz", "--error", "0.05", "--json"))
-    assert max(printed["closure"], printed["reciprocity"]) < 1e-9
-    assert printed["error"] <= 0.05
-    assert 0 < printed["sky_error"] <= 0.05
-    assert printed["infeasible"] == []
-    assert printed["entries"] == sparse.load_npz(folder / "F.npz").nnz
-    assert "estimated error" in succeed("formfactors", "cornell", "-o", "G.npz", "--error", "0.05")
-    assert (folder / "F.npz").read_bytes() == (folder / "G.npz").read_bytes()
-
-
-def test_plain_hemispheres_are_projected_on_request(folder):
-    printed = json.loads(succeed("formfactors", "cornell", "-o", "F.npz", "--rays", "16x4",
-                                 "--method", "shelling", "--project", "--json"))
-    assert max(printed["closure"], printed["reciprocity"]) < 1e-9
-    assert printed["sky_change"] >= 0
-    assert printed["error"] is None
-
-
-def test_a_time_limit_ends_with_a_larger_error(folder):
-    text = succeed("formfactors", "furnace:2", "-o", "F.npz", "--error", "1e-5", "--time-limit", "1e-3")
-    assert "the time limit ended the work at an error of 0.05" in text
-    text = succeed("formfactors", "furnace:1", "-o", "F.npz", "--error", "0.05", "--time-limit", "600")
-    assert "time limit" not in text
-
-
-def test_form_factors_by_shelling_are_those_of_brute_force_in_the_same_integers(folder):
-    for method in ("shelling", "naive-fixed"):
-        succeed("formfactors", "cornell", "-o", f"{method}.npz", "--rays", "16x4", "--method", method)
-    ours, naive = (sparse.load_npz(folder / f"{method}.npz") for method in ("shelling", "naive-fixed"))
-    assert (ours != naive).nnz == 0
-    assert ours.max() > 0.1
-
-
-def test_form_factors_are_those_of_the_elements_that_patches_are_cut_into(folder):
-    succeed("formfactors", "furnace:1", "-o", "F.npz", "--rays", "16x4", "--max-edge", "0.5")
-    with np.load(folder / "F.npz") as stored:
-        assert stored["shape"].tolist() == [24, 24]
-        np.testing.assert_allclose(stored["area"], 0.25)
 
 
 def test_render_writes_all_requested_files(folder):
@@ -557,24 +343,6 @@ def test_render_writes_all_requested_files(folder):
         assert kind in text
     for stage in stats["seconds"]:
         assert stage in text
-
-
-def test_render_measures_light(folder):
-    """In the furnace radiosity and irradiance are 2 pi W/m2 everywhere, but for the noise of few shadow rays."""
-    (folder / "points.txt").write_text("plane 0.25 0.25 0.5  0.5 0 0  0 0.5 0  2 2\n0.5 0.5 0.5 0 0 1\n")
-    stats = json.loads(succeed("render", "furnace:2", "-o", "a.png", "--illuminance", "a.csv", "--false-colour", "b",
-                               "--surfaces", "a.glb", "--sensors", "points.txt", "--sensor-table", "s.csv",
-                               "--efficacy", "100", *COARSE, "--json"))
-    assert {path.name for path in folder.iterdir()} == {
-        "points.txt", "a.png", "a.csv", "b-luminance.png", "b-illuminance.png", "a.glb", "s.csv"}
-    single, plane = stats["sensors"]
-    assert (single["plane"], plane["plane"], plane["sensors"]) == (None, 0, 4)
-    assert [single["mean"], plane["mean"]] == pytest.approx([200 * np.pi] * 2, rel=0.1)
-    for name, count in (("a.csv", 24), ("s.csv", 5)):
-        with (folder / name).open(newline="") as file:
-            rows = list(csv.DictReader(file))
-        assert len(rows) == count
-        assert np.mean([float(row["illuminance"]) for row in rows]) == pytest.approx(200 * np.pi, rel=0.1)
 
 
 def test_render_has_a_sky(folder):
@@ -603,16 +371,6 @@ def test_a_quality_is_for_the_options_that_are_not_given(words, values):
     assert tuple(settings[name] for name in ("samples", "light_samples", "depth", "rays", "elements")) == values
 
 
-def test_a_luminaire_lights_a_floor(folder):
-    """An isotropic one of 1000 cd at a height of 2, by its file alone."""
-    (folder / "a.ies").write_text("TILT=NONE\n1 -1 1000 2 1 1 2 0 0 0\n1 1 9\n0 180\n0\n1 1\n")
-    (folder / "floor.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nf 1 2 3 4\n")
-    (folder / "points.txt").write_text("0.5 0 -0.5 0 1 0\n")
-    stats = json.loads(succeed("render", "floor.obj", "-o", "a.png", "--luminaire", "a.ies", "0.5,2,-0.5", "--sensors",
-                               "points.txt", *FAST, "--json"))
-    assert stats["sensors"][0]["mean"] == pytest.approx(250)
-
-
 def test_an_image_does_not_depend_on_what_is_measured(folder):
     (folder / "points.txt").write_text("0.5 0.5 0.5 0 0 1\n")
     succeed("render", "furnace:2", "-o", "a.exr", *COARSE)
@@ -634,22 +392,6 @@ def test_same_inputs_give_the_same_bytes_and_another_seed_others(folder):
         first, second, other = ((folder / f"{name}.{ending}").read_bytes() for name in "abc")
         assert first == second
         assert first != other
-
-
-def test_number_of_threads_does_not_change_the_image(folder):
-    for jobs in ("1", "3"):
-        succeed("render", "cornell", "-o", f"{jobs}.exr", *FAST, "--rays", "64x16", "--max-edge", "200", "--jobs", jobs)
-    assert (folder / "1.exr").read_bytes() == (folder / "3.exr").read_bytes()
-
-
-def test_method_changes_the_work_but_not_the_image(folder):
-    for method in FRUSTUM_METHODS:
-        succeed("render", "cornell", "-o", f"{method}.exr", "--stats", f"{method}.json", *COARSE, "--method", method)
-    assert (folder / "grid.exr").read_bytes() == (folder / "naive.exr").read_bytes()
-    assert (folder / "shelling.exr").read_bytes() == (folder / "naive-fixed.exr").read_bytes()
-    tests = {name: json.loads((folder / f"{name}.json").read_text())["rays"]["primary"]["tests"]
-             for name in FRUSTUM_METHODS}
-    assert tests["grid"] < tests["naive"] == tests["naive-fixed"] > tests["shelling"]
 
 
 def test_camera_of_a_file_is_used_and_each_option_overrides_its_part(folder):

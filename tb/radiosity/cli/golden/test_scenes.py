@@ -12,6 +12,8 @@ def test_the_sizes_of_the_list_are_those_that_scenes_have(monkeypatch):
     listed = report("scenes")["scenes"]
     assert [row["name"] for row in listed] == list(BUILTIN)
     lines = run("scenes").stdout.splitlines()
+    # The room that the source counts.
+    assert {row["name"]: row["patches"] for row in listed}["lobby"] == 227
 
     class Made:
         """A module whose scene is its size."""
@@ -22,6 +24,7 @@ def test_the_sizes_of_the_list_are_those_that_scenes_have(monkeypatch):
     monkeypatch.setattr(builtin, "import_module", lambda name: Made())
     for row in listed:
         line, = (line for line in lines if line.split()[:1] == [row["name"]])
+        assert line.split()[1] == str(row["patches"])
         if row["sizes"] is None:
             assert builtin_scene(row["name"]) == ()
             with pytest.raises(InputError, match="it has one size"):
