@@ -3,8 +3,7 @@ import pytest
 from benchmarks.daylight_cases import CASES
 
 # One of each kind; `make nightly` measures the others.
-QUICK = ("cie-overcast sky", "roof, uniform sky", "pane in the facade, cie-overcast sky", "half a lit floor",
-         "cube of 0.5", "lamps", "luminaire")
+QUICK = ("roof, uniform sky", "pane in the facade, cie-overcast sky", "lamps", "luminaire")
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.nightly)

@@ -18,7 +18,9 @@ from golden.scene.open import open_scene
 from tb.golden.cast.fixed_cases import long_edge
 from tb.golden.soups import soup
 
-SCENES = ("cornell", "lobby", "room1627", "teapot:4", "tetra:3")
+# `make nightly` has the larger ones.
+SCENES = ("cornell", "lobby", *(pytest.param(name, marks=pytest.mark.nightly)
+                                for name in ("room1627", "teapot:4", "tetra:3")))
 # A matrix of 1: G offsets are R vectors. The origin is the cube's middle.
 ONE, MIDDLE = (np.eye(3) * 2**16).astype(int), np.full(3, 2**23)
 

@@ -11,7 +11,9 @@ from golden.engine.cast.shelling import Shelling
 from golden.scene.open import open_scene
 from tb.golden.soups import soup
 
-SCENES = ("cornell", "lobby", "room1627", "teapot:4", "tetra:3")
+# `make nightly` has the larger ones.
+SCENES = ("cornell", "lobby", *(pytest.param(name, marks=pytest.mark.nightly)
+                                for name in ("room1627", "teapot:4", "tetra:3")))
 
 
 def differing(hits, rule):

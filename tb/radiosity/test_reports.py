@@ -13,20 +13,11 @@ from golden.light.factors.files import write_view_factors
 from tb.golden.light.factors.samples import three_sides
 
 FLOOR = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nf 1 4 3 2\nf 5 6 7\n"
-COARSE = ("--size", "6x4", "--spp", "1", "--light-samples", "1", "--depth", "1", "--rays", "16x4", "--max-edge", "2")
-# Arguments, and keys that the object has.
+# Of commands whose own tests do not read the object: arguments, and keys that it has.
 REPORTS = {
-    "render": (("render", "furnace:1", "-o", "a.png", *COARSE), {"scene", "settings", "rays", "seconds"}),
-    "form factors": (("formfactors", "furnace:1", "-o", "a.npz", "--rays", "16x4"),
-                     {"output", "patches", "entries", "closure", "reciprocity", "error", "seconds", "peak_memory"}),
     "exchange": (("exchange", "duct.npz", "duct.csv", "-o", "heat.csv"), {"output", "surfaces", "heat_to_sky"}),
     "cast": (("cast", "furnace:1", "--patch", "0", "--rays", "16x4", "--compare", "naive"), {"rays", "hits", "naive"}),
-    "schedule": (("schedule", "furnace:1", "--clusters", "2", "--rays", "16x4", "--ratio", "4", "--cell", "0.5"),
-                 {"balance", "clusters"}),
-    "intersect": (("intersect", "furnace:1", "rays.npz", "-o", "hits.npz"), {"output", "rays", "hits"}),
-    "scenes": (("scenes",), {"scenes"}),
     "scene": (("scene", "tetra:1", "-o", "a.obj"), {"output", "patches"}),
-    "config": (("config", "tiny"), {"preset", "parameters", "derived", "parts"}),
     "stimulus": (("stimulus", "icu.reciprocal", "-n", "3", "-o", "a.npz"), {"output", "header"}),
     "verilog": (("verilog", "--top", "router", "--preset", "tiny", "-o", "core"), {"output"}),
     "registers": (("registers",), {"page"}),
@@ -36,11 +27,10 @@ REPORTS = {
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Where outputs go; rays and view factors are there."""
+    """Where outputs go; view factors are there."""
     monkeypatch.chdir(tmp_path)
     write_view_factors(three_sides(surface=np.array(["a", "b", "b"])), tmp_path / "duct.npz")
     (tmp_path / "duct.csv").write_text("surface,temperature,emissivity\na,300,0.5\nb,400,0.9\n")
-    np.savez("rays.npz", origin=[[0.5, 0.5, 0.5]], direction=[[0.0, 0.0, -1.0]])
     return tmp_path
 
 
