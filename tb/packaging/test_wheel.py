@@ -78,12 +78,14 @@ def test_a_picture_from_an_empty_folder(installed, tmp_path):
     assert (tmp_path / "cornell.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.nightly
 def test_verilog_from_an_empty_folder(installed, tmp_path):
     run(installed / "radiosity", "verilog", "--preset", "tiny", "--top", "router", "-o", "core", cwd=tmp_path)
     assert list((tmp_path / "core").glob("*.v"))
 
 
-@pytest.mark.parametrize("words", [(), pytest.param(("machine",), marks=pytest.mark.nightly)], ids=["here", "machine"])
+@pytest.mark.nightly
+@pytest.mark.parametrize("words", [(), ("machine",)], ids=["here", "machine"])
 def test_a_notebook_from_an_empty_folder(installed, tmp_path, words):
     run(installed / "python", Path(__file__).with_name("notebook.py"), *words, cwd=tmp_path)
     assert (tmp_path / "room.png").read_bytes().startswith(b"\x89PNG")
