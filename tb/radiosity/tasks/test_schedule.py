@@ -45,11 +45,18 @@ def test_figures_image_and_picture(tmp_path):
                "estimated_cell_steps": plan.estimated_steps}
     assert report["balance"] == pytest.approx({name: max(values) / np.mean(values) for name, values in figures.items()})
     assert len({round(value, 6) for value in report["balance"].values()}) == 5
+    assert f"{report['found']} of 227 patches found" in text
+    assert f"tests {report['balance']['true']:.3f} (estimated {report['balance']['estimated']:.3f})" in text
+    assert f"   13  {report['cuf']['13']:.3f}" in text
     lines = text.splitlines()[-4:]
     for number, (cluster, section) in enumerate(zip(report["clusters"], plan.partition.sections, strict=True)):
-        columns, rows = lines[number].split()[1:3]
+        which, columns, rows, rays, _, *others = lines[number].split()
+        assert which == str(number)
         assert columns == f"{section.first_column}-{section.end_column - 1}"
         assert rows == f"{section.first_row}-{section.end_row - 1}"
+        assert rays == str(cluster["rays"])
+        assert others == [str(cluster[name]) for name in (
+            "tests", "cell_steps", "patches", "resident", "subshells", "processor")]
         assert cluster == {
             "section": [section.first_column, section.end_column, section.first_row, section.end_row],
             "processor": plan.processor[number], "rays": first[number].rays, "tests": first[number].tests,

@@ -27,19 +27,6 @@ def test_the_report_adds_up(printed):
     assert all(0 < printed["cuf"][point] <= printed["effectiveness"][point] <= 1 for point in printed["cuf"])
 
 
-def test_the_text_says_the_same_as_the_json(printed):
-    text = run(*SCENE).stdout
-    assert f"{printed['found']} of 227 patches found" in text
-    assert f"tests {printed['balance']['true']:.3f} (estimated {printed['balance']['estimated']:.3f})" in text
-    assert f"   13  {printed['cuf']['13']:.3f}" in text
-    for number, (line, cluster) in enumerate(zip(text.splitlines()[-4:], printed["clusters"], strict=True)):
-        words = line.split()
-        assert words[0] == str(number)
-        assert words[3] == str(cluster["rays"])
-        assert words[5:] == [str(cluster[name]) for name in
-                             ("tests", "cell_steps", "patches", "resident", "subshells", "processor")]
-
-
 def test_limits_hold():
     printed = report(*SCENE, "--ray-capacity", 300, "--capacity", 5)
     assert max(cluster["rays"] for cluster in printed["clusters"]) <= 300
@@ -54,16 +41,13 @@ def test_a_given_point_serves_itself_only():
     assert sorted(cluster["processor"] for cluster in printed["clusters"]) == [0, 1, 2, 3]
 
 
-def test_image_and_picture_are_written_and_the_same_every_time(printed, tmp_path):
-    for number in range(2):
-        assert run(*SCENE, "-o", tmp_path / f"{number}.bin", "--picture", tmp_path / f"{number}.png").exit_code == 0
-    for suffix in "bin", "png":
-        assert (tmp_path / f"0.{suffix}").read_bytes() == (tmp_path / f"1.{suffix}").read_bytes()
-    image = from_bytes((tmp_path / "0.bin").read_bytes())
+def test_image_and_picture_are_written(printed, tmp_path):
+    assert run(*SCENE, "-o", tmp_path / "a.bin", "--picture", tmp_path / "a.png").exit_code == 0
+    image = from_bytes((tmp_path / "a.bin").read_bytes())
     assert [int(cluster["residents"]) for cluster in image["clusters"]] == [
         cluster["resident"] for cluster in printed["clusters"]]
     assert int(image["rows"]["weight"].sum()) * 64 == 1 << 32
-    with Image.open(tmp_path / "0.png") as picture:
+    with Image.open(tmp_path / "a.png") as picture:
         assert picture.size == (1024, 256)
 
 
