@@ -1,4 +1,4 @@
-"""Arbiters and their rules, cycle by cycle; `tb.formal.lib.test_arbiter` has proofs."""
+"""Arbiters and their rules, cycle by cycle."""
 
 import pytest
 from amaranth.lib.data import StructLayout

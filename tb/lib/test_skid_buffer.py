@@ -8,7 +8,7 @@ ITEMS = [{"number": k, "inverted": ~k} for k in range(100)]
 
 
 class TestSkidBuffer(Bench):
-    """`tb.formal.lib.test_skid_buffer` proves its behaviour in all cycles."""
+    """`tb.formal.test_stream_rules` proves that offers stay."""
 
     component, arguments, variants = SkidBuffer, {"shape": SHAPE, "bypass": False}, ({},)
 

@@ -136,6 +136,7 @@ def _found(name):
     return timed, runs.moved
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_items_do_not_depend_on_gaps_stalls_and_garbage_and_offers_stay(name):
     timed, moved = _found(name)

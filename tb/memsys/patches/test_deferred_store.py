@@ -1,4 +1,4 @@
-"""Items of released chains in their order; `tb/formal/memsys/test_deferred_store.py` proves it of small stores."""
+"""Items of released chains in their order."""
 
 from collections import deque
 

@@ -1,4 +1,4 @@
-"""Sources that share a port: whose request, data and answer. `tb.formal.memsys.test_write_merge` has proofs."""
+"""Sources that share a port: whose request, data and answer."""
 
 from collections import deque
 
