@@ -44,7 +44,7 @@ def link_example(name: str, config: Config, *, is_router: bool) -> dict[str, str
         "MAKE_SOURCES": " ".join(sources), "SOURCES": ", ".join(f'"{source}"' for source in sources)})
     files |= {f"example/{file}.hex": "".join(f"{word:0{-(-width // 4)}x}\n" for word in side.words)
               for file, side in (("given", given), ("required", required))}
-    files["example/words.v"] = _words_module(module, given)
+    files["example/words.v"] = _words_module(module, "" if is_router else " .flits(), .stalls(),", given)
     if is_router:
         files["example/network.v"] = _network_module(module, name, topology, given)
     return files
@@ -85,8 +85,8 @@ def _packet(config, kind, source, destination, generator):
     return [data for data, _, _ in flits]
 
 
-def _words_module(module, words: LinkWords):
-    """The network with all links of a side as one word."""
+def _words_module(module, counters, words: LinkWords):
+    """The network with all links of a side as one word; nothing reads its counters."""
     width, link, payload = words.link_bits * words.links, words.link_bits, words.payload_bits
     wires, ports, sides = [], [], []
     for node in range(words.links):
@@ -101,7 +101,7 @@ def _words_module(module, words: LinkWords):
     return (f"// {module} with its links in two words: of each valid, payload and credits, the first one lowest.\n\n"
             f"module words (input clk, input rst, input [{width - 1}:0] i, output [{width - 1}:0] o);\n"
             + "".join(wires)
-            + f"  {module} network (.clk(clk), .rst(rst),\n" + ",\n".join(ports) + ");\n"
+            + f"  {module} network (.clk(clk), .rst(rst),{counters}\n" + ",\n".join(ports) + ");\n"
             + "  assign o = {" + ",\n    ".join(reversed(sides)) + "};\nendmodule\n")
 
 
@@ -134,6 +134,7 @@ def _network_module(module, name, topology: Topology, words: LinkWords):
                          f".i_credit_{port}({given[2]}),\n    .o_{port}_valid(valid_{own}), "
                          f".o_{port}_payload(payload_{own}), .o_credit_{port}(credit_{own})")
         bits = (topology.nodes - 1).bit_length()
-        body += [f"  {name} router_{node} (.clk(clk), .rst(rst), .node({bits}'d{node}),\n", ",\n".join(ports), ");\n"]
+        body += [f"  {name} router_{node} (.clk(clk), .rst(rst), .node({bits}'d{node}), .moves(), .stalls(),\n",
+                 ",\n".join(ports), ");\n"]
     return (f"// A network of {topology.nodes} routers: {topology}.\n\n"
             f"module {module} (input clk, input rst,\n  " + ",\n  ".join(head) + ");\n" + "".join(body) + "endmodule\n")
