@@ -12,8 +12,8 @@ from benchmarks.report import output_option, table, tables_of, write_report
 from radiosity.cli.bench import bench
 from radiosity.cli.main import main as radiosity
 
-LINES = ["# A page", "", "Words.", "", "## First", "", *table(["scene", "count"], [["man", 3], ["lobby", 0.25]]), "",
-         "## Second", "", "| a |", "|---|", "| - |"]
+LINES = ["# A page", "", "Words.", "", "## First", "", *table(["scene", "count"], [["man", 3], ["lobby", 0.25]]),
+         "## Second", "| a |", "|---|", "| - |"]
 
 
 def test_tables_of_a_page():

@@ -129,7 +129,7 @@ def test_the_source_s_merges_are_fastest_by_packing_from_each_to_all():
 
 
 def test_percentiles_are_shares_below():
-    assert percentile(2.5, [1, 2, 3, 4]) == 50
+    assert [percentile(value, [1, 2, 3, 4]) for value in (2, 2.5, 3)] == [25, 50, 50]
     assert percentile(0, [1, 2]) == 0
 
 
