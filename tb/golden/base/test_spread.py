@@ -6,12 +6,10 @@ from functools import partial
 from pathlib import Path
 from threading import Lock, current_thread
 
-import numpy as np
 import pytest
 
 from golden.base.source_digest import PACKAGES
 from golden.base.spread import in_threads, in_turn, spans
-from golden.cast.hemisphere import Hemisphere
 from golden.engine.cast.methods import frustum_caster
 from golden.light import form_factors
 from golden.light.factors.blocks import BlockStore
@@ -19,7 +17,6 @@ from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.hemisphere_rows import HemisphereRows
 from golden.light.factors.npz_file import write_npz
 from golden.light.factors.rows import FactorRows
-from golden.light.form_factors import hemisphere_sums, patch_columns
 from golden.render import two_pass
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
@@ -95,23 +92,6 @@ def hostile(request):
     made = HostileSpread(request.param)
     yield made
     assert made.turned
-
-
-def test_hemispheres_keep_their_light_and_rows_in_whatever_order_their_spans_end(hostile, monkeypatch):
-    """Hemispheres in front of a room, each of which sees another share of the sky; two are a span."""
-    scene, hemisphere = builtin_scene("cornell"), Hemisphere(16, 4)
-    monkeypatch.setattr(form_factors, "_BLOCK", 2 * len(hemisphere))
-    rng = np.random.default_rng(3)
-    points, normals = scene.bounds[1] + rng.uniform(1, 100, (8, 3)), rng.normal(size=(8, 3))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    sums = partial(hemisphere_sums, frustum_caster(scene, "naive"), hemisphere, points, normals, -1,
-                   columns=len(scene), column_of=patch_columns(scene), sky=lambda direction: direction ** 2)
-    found, expected = sums(spread=hostile), sums()
-    assert found.light.tobytes() == expected.light.tobytes()
-    assert found.row_sums.tobytes() == expected.row_sums.tobytes()
-    assert (found.weights != expected.weights).nnz == 0
-    # Rows that are exchanged would be noticed.
-    assert len(np.unique(expected.light.round(9), axis=0)) == len(points)
 
 
 @pytest.mark.parametrize("rows", [partial(FactorRows, error=0.1, sky_patches="tregenza", block_rows=5),

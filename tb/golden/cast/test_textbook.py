@@ -113,8 +113,7 @@ def test_a_patch_sees_what_the_textbook_says(seed):
     compare(scene, geometry, origin, direction, fixed(record, geometry), source=source)
 
 
-@pytest.mark.parametrize("fov", [5, 60, 130])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "fov"), list(enumerate([5, 60, 130])))
 def test_soups_on_a_screen_have_the_hits_of_the_textbook(seed, fov):
     scene, random = soup(seed, 40), np.random.default_rng(seed)
     eye, target = random.uniform(*scene.bounds), random.uniform(*scene.bounds)
@@ -134,7 +133,7 @@ def test_soups_on_a_screen_have_the_hits_of_the_textbook(seed, fov):
     assert len(differ) < 0.03 * len(record)
 
 
-@pytest.mark.parametrize("name", ["cornell", "room1627", "tetra:3", "gears"])
+@pytest.mark.parametrize("name", ["tetra:3", "gears"])
 def test_hits_are_those_of_embree(name):
     scene = builtin_scene(name)
     textbook, total = Textbook(scene.vertices, np.zeros(len(scene), dtype=bool)), 0
@@ -204,7 +203,7 @@ def degenerate(random, count):
     return quads, kind
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_degenerate_quads_are_hit_where_the_textbook_hits_their_triangles(seed):
     random = np.random.default_rng(seed)
     quads, kind = degenerate(random, 48)

@@ -20,11 +20,11 @@ from golden.light.glass import ClearRays, Glass
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
 from golden.scene.material import Material
+from tb.golden.hostile_spread import HostileSpread
 from tb.golden.light.cube import cube
 from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.hemisphere_factors import hemisphere_factors
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
-from tb.golden.light.spreads import backwards
 from tb.lib.schedules import SETTINGS
 
 PLATE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
@@ -85,7 +85,7 @@ def test_casting_meets_the_analytic_form_factors_of_every_pair():
     assert np.abs(cast.toarray() - exact[some]).max() < 5e-4
 
 
-@pytest.mark.parametrize("scene", [cube(1), cube(5), builtin_scene("furnace:4")], ids=["cube1", "cube5", "furnace4"])
+@pytest.mark.parametrize("scene", [cube(5), builtin_scene("furnace:4")], ids=["cube5", "furnace4"])
 @pytest.mark.parametrize("rays", [(64, 16), (2048, 8)])
 def test_a_hemisphere_in_a_closed_scene_sums_to_one_exactly(scene, rays):
     some = np.unique(np.linspace(0, len(scene) - 1, 12).astype(int))
@@ -164,7 +164,7 @@ def test_results_depend_neither_on_blocks_nor_on_the_order_in_which_they_end(gla
     clear = ClearRays(scene, Glass(scene), Naive(scene), 0) if glass else None
     found = []
     # 32 rays each: all hemispheres in one block, blocks of one hemisphere, and parts of one.
-    for block, spread in ((1 << 18, in_turn), (40, backwards), (7, backwards)):
+    for block, spread in ((1 << 18, in_turn), (40, HostileSpread()), (7, HostileSpread(1))):
         monkeypatch.setattr(form_factors, "_BLOCK", block)
         found.append(hemisphere_sums(Naive(scene), Hemisphere(8, 4), points, np.tile((0.0, 0, 1), (8, 1)), -1,
                                      columns=2, column_of=patch_columns(scene), clear=clear, spread=spread,

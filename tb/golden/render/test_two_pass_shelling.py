@@ -57,7 +57,7 @@ def around(screen, pixels):
     return screen.rays(np.repeat(pixels, 8), np.tile(ring, (len(pixels), 1)))
 
 
-@pytest.mark.parametrize("name", ["cornell", "lobby", "room1627"])
+@pytest.mark.parametrize("name", ["cornell", "room1627"])
 def test_pixels_show_the_patch_that_grid_shows_or_one_that_rounding_reaches(name):
     scene = builtin_scene(name)
     screen = Screen(camera=scene.camera, width=SIZE, height=SIZE)
@@ -86,7 +86,8 @@ class GridToSharedPoints(Grid):
                           blocked=self.occluded(rays.points[rays.light], targets, surfaces))
 
 
-def test_the_image_is_that_of_grid_through_the_same_points(cornell):
+def test_the_image_is_that_of_grid_through_the_same_points(cornell, monkeypatch):
+    monkeypatch.setattr("golden.light.indirect.EVERY", 10**9)  # no elements are cut
     grid, shelling = (picture(cornell, method, frusta, max_edge=600.0, light_samples=16).image for method, frusta in (
         ("grid", GridToSharedPoints(cornell, 0.125)), ("shelling", None)))
     hits = [primary(caster, cornell.camera).patch for caster in (Grid(cornell, 0.125), ShellingFrusta(cornell))]
@@ -153,7 +154,7 @@ def test_nodes_in_the_corners_of_a_closed_room_lose_no_ray():
     scene = scene_of((walls[:5], Material(name="grey", diffuse=(0.5, 0.5, 0.5))), (walls[5:], LAMP),
                      (strip, Material(name="dark")), camera=Camera(eye=(0.5, 0.5, 0.5), target=(0.5, 1, 0.4),
                                                                    up=(0, 0, 1), fov=60))
-    stats = picture(scene, "shelling", width=4, height=4, rays=(16, 4), max_edge=0.5).stats["rays"]["hemisphere"]
+    stats = picture(scene, "shelling", width=4, height=4, rays=(16, 4), max_edge=1.0).stats["rays"]["hemisphere"]
     assert stats["hits"] == stats["rays"]
 
 
@@ -172,17 +173,18 @@ def test_tests_and_steps_are_those_that_shelling_counts(cornell):
         assert counts.cell_steps > 0
 
 
-def test_stats_and_heat_maps_hold_all_of_the_work(cornell):
-    result, naive = (picture(cornell, method, width=16, height=16, rays=(16, 4), max_edge=600.0)
+def test_stats_and_heat_maps_hold_all_of_the_work(cornell, monkeypatch):
+    monkeypatch.setattr("golden.light.indirect.EVERY", 10**9)  # no elements are cut
+    result, naive = (picture(cornell, method, width=8, height=8, rays=(16, 4), max_edge=600.0)
                      for method in ("shelling", "naive-fixed"))
     rays = result.stats["rays"]
     assert result.stats["settings"]["method"] == "shelling"
     assert rays["hemisphere"]["rays"] == result.stats["nodes"] * 64
-    assert rays["primary"]["rays"] == 256
+    assert rays["primary"]["rays"] == 64
     for count, heat in (("tests", result.tests), ("steps", result.steps)):
         assert heat.sum() == sum(rays[kind][count] for kind in ("primary", "reflection", "refraction"))
         assert min(rays[kind][count] for kind in ("hemisphere", "primary", "shadow")) > 0
-    assert rays["primary"]["tests"] < naive.stats["rays"]["primary"]["tests"] == 256 * len(cornell)
+    assert rays["primary"]["tests"] < naive.stats["rays"]["primary"]["tests"] == 64 * len(cornell)
     assert result.image.tobytes() == naive.image.tobytes()
 
 

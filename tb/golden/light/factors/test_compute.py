@@ -13,7 +13,6 @@ from golden.light.factors.hemisphere_rows import HemisphereRows
 from golden.light.factors.npz_file import write_npz
 from golden.light.factors.rows import FactorRows
 from golden.scene.builtin import builtin_scene
-from tb.golden.light.spreads import backwards
 
 KEY = {"scene": "abc", "rays": "16x4"}
 
@@ -52,11 +51,6 @@ def test_a_resumed_run_computes_the_missing_blocks_and_gives_the_same_bytes(scen
     assert (killed.computed, resumed.computed) == ([0, 7], [14, 21])
     store.remove()
     assert not folder.exists()
-
-
-def test_neither_blocks_nor_the_order_in_which_they_end_change_the_bytes(scene, tmp_path):
-    write_npz(compute_view_factors(Rows(scene), spread=backwards), tmp_path / "b.npz")
-    assert (tmp_path / "b.npz").read_bytes() == content(Rows(scene, block_rows=24), tmp_path / "a.npz")
 
 
 def test_threads_do_not_change_the_bytes(scene, tmp_path):
