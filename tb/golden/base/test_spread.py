@@ -4,7 +4,7 @@ import re
 import time
 from functools import partial
 from pathlib import Path
-from threading import Lock, current_thread
+from threading import Barrier, Lock
 
 import pytest
 
@@ -77,8 +77,8 @@ def test_work_in_spans_whose_work_is_in_spans_has_no_more_threads(jobs, parts, m
     assert dict(in_threads(jobs)(outer, spans(parts, 1))) == {part: [0, 1, 2, 3] for part in spans(parts, 1)}
     assert greatest[0] <= most
     # What threads of a spread may use is no limit of the next one.
-    assert len({name for _, name in in_threads(3)(lambda *_: time.sleep(0.02) or current_thread().name,
-                                                  spans(3, 1))}) == 3
+    together = Barrier(3)
+    assert sorted(place for _, place in in_threads(3)(lambda *_: together.wait(60), spans(3, 1))) == [0, 1, 2]
 
 
 def test_all_threads_that_compute_are_made_in_one_place():
