@@ -71,7 +71,8 @@ def drawn(number):
     return draw, Faults(**made, silent=tuple(silent))
 
 
-@pytest.mark.parametrize("count", [8, pytest.param(1000, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [
+    2, pytest.param(8, marks=pytest.mark.sim), pytest.param(1000, marks=pytest.mark.nightly)])
 def test_two_and_three_faults(bench, count):
     for number in range(count):
         draw, faults = drawn(number)

@@ -127,7 +127,7 @@ def test_sections(bits, seeds, gaps, stalls):
         request for one in sections for request in one.requests(bits)]
 
 
-@pytest.mark.parametrize("bits", ALL_BITS)
+@pytest.mark.parametrize("bits", [ALL_BITS[0], *(pytest.param(bits, marks=pytest.mark.sim) for bits in ALL_BITS[1:])])
 @pytest.mark.parametrize("hit_format", HitFormat)
 def test_rate(bits, hit_format):
     """A section as wide as its frustum is written in the longest requests, without a gap; so is a narrower one without
@@ -173,7 +173,7 @@ def test_the_next_section_waits_for_the_end_of_the_one_before():
 
 
 @pytest.mark.parametrize("bits", [ALL_BITS[0], pytest.param(ALL_BITS[1], marks=pytest.mark.sim)])
-@pytest.mark.parametrize("wrong", range(0, 12, 3))
+@pytest.mark.parametrize("wrong", [3, *(pytest.param(other, marks=pytest.mark.sim) for other in (0, 6, 9))])
 def test_errors_of_memory(bits, wrong):
     """End the section with the request's address; no other request begins, and the next section is right."""
     sections = [drawn_section(k, CONFIGS[bits], base=APART * (k + 1), columns=20, section=Sector(1, 19, 0, 9),
