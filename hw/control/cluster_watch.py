@@ -21,8 +21,8 @@ class ClusterWatch(wiring.Component):
     """Looks at one cluster per cycle.
 
     A cluster is late when its oldest section has been that for ``watchdog`` cycles, counted in steps of ``nodes``; a
-    load when it has been read for so many. A fault of a cluster is a time-out of its memory path. Of what is known in
-    one cycle the first of these is told: a late cluster, a late load, a fault of a cluster, one of its network
+    load when it has been read for so many. A fault of a cluster is a time-out of its memory path. Of several in one
+    cycle the first of these is the culprit: a late cluster, a late load, a fault of a cluster, one of its network
     interface.
 
     Parameters

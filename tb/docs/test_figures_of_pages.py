@@ -67,8 +67,9 @@ def test_shares_follow_from_the_five_numbers():
 def test_the_cluster_of_the_readme_is_the_last_one_routed():
     last = [one for one in read_history() if one.unit == "Cluster" and one.mhz][-1]
     assert (f"| **{last.lut:,}** | LUT and {last.dsp} DSP blocks, {100 * last.lut / DEVICE[0]:.0f} % of the LUTs of an "
-            f"ECP5-85, for a cluster of 1,024 rays in 18-bit numbers, routed at {last.mhz[-1]:.1f} MHz;"
-            ) in (ROOT / "README.md").read_text()
+            f"ECP5-85, for a cluster of 1,024 rays in 18-bit numbers, routed at {last.mhz[-1]:.1f} MHz on speed "
+            "grade 6 from one seed;") in (ROOT / "README.md").read_text()
+    assert last.seeds == (1,)
     assert {"icu.rays=1024", "numbers.scene_bits=18"} <= set(last.parameters.split())
 
 
@@ -81,7 +82,9 @@ def test_area_of_a_cluster():
     records = [last["ecp5", "small", " ".join(given), "cluster", "Cluster"] for given in assignments]
     expected = [[one.lut, one.ff, one.dsp, one.bram] for one in records]
     expected.insert(2, [2 * count for count in expected[1]])
-    rows = re.findall(r"^\|.*\|(?: [\d,]+ \(\d+ %\) \|){4}$", page.read_text(), re.MULTILINE)
+    commits = [one.commit[:7] for one in records]
+    rows = re.findall(r"^\|.*\|(?: [\d,]+ \(\d+ %\) \|){4} \w+ \|$", page.read_text(), re.MULTILINE)
+    assert [row.split()[-2] for row in rows] == [commits[0], commits[1], *commits[1:]]
     quoted = [[int(number.replace(",", "")) for number in re.findall(r"([\d,]+) \(", row)] for row in rows]
     assert quoted == expected
     shares = [[int(share) for share in re.findall(r"(\d+) %", row)] for row in rows]

@@ -76,16 +76,16 @@ def arrows(room):
                 yield path, other
 
 
-def test_no_circle_within_a_room():
+def test_no_cycle_within_a_room():
     """Of all imports, within functions and under `TYPE_CHECKING` too."""
     texts = {path.removesuffix(".py").replace("/", ".").removesuffix(".__init__"): text
              for top in ("golden", "hw", "radiosity", "benchmarks") for path, text in source_texts(top).items()}
-    assert not list(circles({path: {one for module, name in imports(text)
+    assert not list(cycles({path: {one for module, name in imports(text)
                                     for one in (f"{module}.{name}", module) if one in texts}
                              for path, text in texts.items()}))
 
 
-def circles(targets):
+def cycles(targets):
     """Of the modules that each module imports, those that it reaches itself by; one by one what none leads to goes."""
     left = dict(targets)
     while leaves := [module for module, found in left.items() if not found & left.keys()]:
@@ -94,9 +94,9 @@ def circles(targets):
     yield from left
 
 
-def test_circles_are_seen():
-    assert not list(circles({"a": {"b", "c"}, "b": {"c"}, "c": set()}))
-    assert set(circles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()})) == {"a", "b", "c"}
+def test_cycles_are_seen():
+    assert not list(cycles({"a": {"b", "c"}, "b": {"c"}, "c": set()}))
+    assert set(cycles({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()})) == {"a", "b", "c"}
 
 
 def test_arrows_are_seen():

@@ -25,7 +25,7 @@ _READERS = {".npz": read_npz, ".nc": read_netcdf}
 
 
 class ViewFactors(FactorMatrix):
-    """View factors between N patches; what they are made of, and what can be asked of them, is `FactorMatrix`'s.
+    """View factors between N patches; what they are made of, and what they answer, is `FactorMatrix`'s.
 
     Raises
     ------
