@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from golden.cast.casters import CastsRays
 from golden.cast.rays import Rays
 from golden.cast.shared_caster import shared_caster
 from golden.scene.camera import Camera
@@ -45,7 +46,7 @@ class _Room:
     opening: tuple[int, float] | None
 
 
-def _room(scene: Scene, caster) -> _Room | None:
+def _room(scene: Scene, caster: CastsRays) -> _Room | None:
     """The room, if most rays from within hit fronts at the border of the scene box.
 
     A closed box with its backs inside is an object, unless it holds a light.
@@ -87,7 +88,7 @@ def _through(scene: Scene, opening: tuple[int, float]) -> Camera:
     return Camera(eye=tuple(eye), target=tuple(centre), up=scene.up, fov=OUTSIDE_FOV)
 
 
-def _from_inside(scene: Scene, caster) -> Camera:
+def _from_inside(scene: Scene, caster: CastsRays) -> Camera:
     """A camera near an upper corner, towards the opposite lower part: the candidate with the widest view."""
     low, high = scene.bounds
     axis = _vertical(scene)

@@ -6,6 +6,7 @@ import numpy as np
 
 from golden.base.compiled import compiled, is_compiler_active
 from golden.base.errors import InputError
+from golden.base.plural import counted
 
 __all__ = ["Hits", "Rays"]
 
@@ -13,7 +14,7 @@ __all__ = ["Hits", "Rays"]
 SHORTEST, LONGEST = 2.0**-300, 2.0**300
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Rays:
     """R rays; ``t`` along a ray is in units of its direction's length.
 
@@ -37,9 +38,10 @@ class Rays:
 
     origin: np.ndarray
     direction: np.ndarray
-    source: np.ndarray | None = None
-    tmax: np.ndarray | None = None
-    target: np.ndarray | None = None
+    # None is replaced by what it stands for.
+    source: np.ndarray = None  # type: ignore[assignment]
+    tmax: np.ndarray = None  # type: ignore[assignment]
+    target: np.ndarray = None  # type: ignore[assignment]
 
     def __post_init__(self):
         for name in ("origin", "direction"):
@@ -49,7 +51,8 @@ class Rays:
                 raise InputError(f"rays: {name.capitalize()} must be R x 3, not {value.shape!r}", parameter=name)
         count = len(self.origin)
         if len(self.direction) != count:
-            raise InputError(f"rays: Direction must have as many rows as origin, not {len(self.direction)} for {count}")
+            raise InputError(f"rays: Direction must have as many rows as origin, not {len(self.direction)} for {count}",
+                             parameter="direction")
         if not (is_compiler_active() and _all_castable(self.origin, self.direction)):
             self._refuse_others()
         endless = self.tmax is None
@@ -61,7 +64,7 @@ class Rays:
                                  f"not shape {value.shape!r}", parameter=name)
             object.__setattr__(self, name, value)
         if not (endless or (self.tmax >= 0).all()):
-            raise InputError("rays: Tmax must be at least 0 and not NaN")
+            raise InputError("rays: Tmax must be at least 0 and not NaN", parameter="tmax")
 
     def _refuse_others(self):
         """Name the first ray that is not castable."""
@@ -69,24 +72,28 @@ class Rays:
             value = getattr(self, name)
             bad = np.flatnonzero(~np.isfinite(value).all(axis=1))
             if len(bad):
-                raise InputError(f"rays: {name.capitalize()} of ray {bad[0]} must be finite, not {value[bad[0]]!r}")
+                raise InputError(f"rays: {name.capitalize()} of ray {bad[0]} must be finite, not {value[bad[0]]!r}",
+                                 parameter=name)
         longest = _longest_component(self.direction)
         bad = np.flatnonzero(longest == 0)
         if len(bad):
-            raise InputError(f"rays: Direction of ray {bad[0]} must not be zero")
+            raise InputError(f"rays: Direction of ray {bad[0]} must not be zero", parameter="direction")
         bad = np.flatnonzero((longest < SHORTEST) | (longest > LONGEST))
         if len(bad):
             raise InputError(f"rays: Direction of ray {bad[0]} must be {SHORTEST:.0e} to {LONGEST:.0e} long, not "
-                             f"{longest[bad[0]]!r}")
+                             f"{longest[bad[0]]!r}", parameter="direction")
 
     def __len__(self) -> int:
         return len(self.origin)
+
+    def __repr__(self) -> str:
+        return f"<Rays: {counted(len(self), 'ray')}>"
 
     def __getitem__(self, rows) -> "Rays":
         return Rays(self.origin[rows], self.direction[rows], self.source[rows], self.tmax[rows], self.target[rows])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hits:
     """Hits of R rays.
 
@@ -108,6 +115,9 @@ class Hits:
     v: np.ndarray
     tests: np.ndarray
     steps: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"<Hits: {np.count_nonzero(self.patch >= 0)} of {counted(len(self.patch), 'ray')}>"
 
 
 @compiled

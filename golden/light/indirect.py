@@ -10,6 +10,7 @@ from scipy import sparse
 
 from golden.base.compiled import compiled
 from golden.base.spread import Spread, in_turn
+from golden.cast.casters import CastsFrusta, CastsRays
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.methods import shadow_caster
 from golden.light.contacts import PARTS, Contacts
@@ -135,8 +136,8 @@ class IndirectLight:
         return self.rows.cast(position, normal, source, hemisphere).gathered(self.display)
 
 
-def indirect_light(scene: Scene, refinement: Refinement, frusta, caster, tally: Tally, *, hemisphere: Hemisphere,
-                   solver: str, light_samples: int, seed: int, shooting: Shooting | None = None,
+def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, caster: CastsRays, tally: Tally, *,
+                   hemisphere: Hemisphere, solver: str, light_samples: int, seed: int, shooting: Shooting | None = None,
                    preview: Preview | None = None, spread: Spread = in_turn, progress: bool = False,
                    estimate: Callable[[int, float], None] | None = None) -> IndirectLight:
     """Solve the radiosity system of a scene's elements for the light that they reflect.

@@ -10,6 +10,7 @@ import numpy as np
 
 from golden.base.errors import InputError
 from golden.base.output import check_outputs, whole_file
+from golden.cast.casters import CastsRays
 from golden.cast.screen import Screen
 from golden.light.image import write_png
 from golden.light.pieces import Pieces
@@ -38,13 +39,18 @@ class Preview:
         No file can be made there, or a value is out of range.
     """
 
+    _scene: Scene
+    _screen: Screen
+    _caster: CastsRays
+    _radiosity: np.ndarray | None = None
+
     def __init__(self, path: str | Path, *, steps: int = 8):
         check_outputs(Path(path), suffixes=(".png",))
         if isinstance(steps, bool) or not isinstance(steps, Integral) or steps < 1:
             raise InputError(f"preview: Steps must be at least 1, not {steps!r}", parameter="preview_steps")
-        self.path, self._steps, self._radiosity = Path(path), steps, None
+        self.path, self._steps = Path(path), steps
 
-    def of(self, scene: Scene, screen: Screen, caster) -> "Preview":
+    def of(self, scene: Scene, screen: Screen, caster: CastsRays) -> "Preview":
         """That of a picture of a scene, with a caster of rays; this one stays as it is, for other pictures."""
         made = copy(self)
         made._scene, made._screen, made._caster = scene, screen, caster
@@ -53,13 +59,14 @@ class Preview:
     def watch(self, pieces: Pieces, channels: list[int]) -> Callable[[State], None]:
         """Takes the states of the system of some channels, and draws some of them."""
         self._pieces, step = pieces, 0
-        if self._radiosity is None:
-            self._radiosity = np.zeros((len(pieces), 3))
+        radiosity = self._radiosity
+        if radiosity is None:
+            radiosity = self._radiosity = np.zeros((len(pieces), 3))
 
         def see(state):
             nonlocal step
             if step % self._steps == 0:
-                self._radiosity[:, channels] = (state.radiosity + state.ambient)[:, channels]
+                radiosity[:, channels] = (state.radiosity + state.ambient)[:, channels]
                 self._draw()
             step += 1
         return see

@@ -119,7 +119,7 @@ class RenderSettings:
     max_area: float | None = None
     solver: str = "conjugate-gradient"
     shooting: Shooting | None = None
-    method: str | None = None
+    method: str = None  # type: ignore[assignment]  # None is replaced by what it stands for
     cell: float | None = None
     seed: int = 0
     jobs: int | None = None
@@ -474,7 +474,7 @@ def _stats(scene, settings, hemisphere, indirect, tally, found: PixelSums):
         "steps_per_ray": total["steps"] / total["rays"],
         "seconds": tally.seconds,
         "not_computed": not_computed(scene, has_buried=indirect.has_buried),
-        "noise": None if settings.noise is None else {
+        "noise": None if settings.noise is None or found.error is None else {
             "estimate": float(np.sqrt((found.error**2).mean())), "samples": float(found.rays.mean()),
             "above": int((found.error > settings.noise).sum())},
     }

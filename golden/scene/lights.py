@@ -16,19 +16,20 @@ SHARPEST = 1e-3
 
 def _check_triple(kind, name, value):
     if len(value) != 3 or not np.all(np.isfinite(value)):
-        raise InputError(f"{kind}: {name} must be three finite values, not {value!r}")
+        raise InputError(f"{kind}: {name} must be three finite values, not {value!r}", parameter=name.lower())
 
 
 def _check_direction(kind, value):
     _check_triple(kind, "Direction", value)
     if not np.linalg.norm(value) > 0:
-        raise InputError(f"{kind}: Direction must not be zero, not {value!r}")
+        raise InputError(f"{kind}: Direction must not be zero, not {value!r}", parameter="direction")
 
 
 def _check_bright(kind, name, value):
     _check_triple(kind, name, value)
     if not 0 <= min(value) <= max(value) <= BRIGHTEST:
-        raise InputError(f"{kind}: {name} must be at least 0 and at most {BRIGHTEST:g}, not {value!r}")
+        raise InputError(f"{kind}: {name} must be at least 0 and at most {BRIGHTEST:g}, not {value!r}",
+                         parameter=name.lower())
 
 
 @dataclass(frozen=True, kw_only=True)

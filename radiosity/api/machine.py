@@ -68,9 +68,9 @@ def machine(scene: Scene, *, origin: tuple[float, float, float] | None = None,
         if value is not None and value not in known:
             raise InputError(f"machine: {name.capitalize()} must be one of {', '.join(known)}, not {value!r}",
                              parameter=name)
-    for name, value in (("casts", casts), ("latency", latency)):
-        if isinstance(value, bool) or not 1 <= value <= 10_000:
-            raise InputError(f"machine: {name.capitalize()} must be 1 to 10000, not {value!r}", parameter=name)
+    for name, count in (("casts", casts), ("latency", latency)):
+        if isinstance(count, bool) or not 1 <= count <= 10_000:
+            raise InputError(f"machine: {name.capitalize()} must be 1 to 10000, not {count!r}", parameter=name)
     check_clusters(clusters)
     given = parameters or {}
     config = PRESETS[preset].with_parameters(f"{path}={value}" for path, value in given.items())

@@ -62,7 +62,15 @@ def test_a_mesh_of_pyvista_is_its_faces():
     (lambda: radiosity.Scene.from_arrays(POINTS, FACES, names=["floor"]), "names"),
     (lambda: radiosity.Scene.from_arrays(POINTS, FACES, two_sided=2), "two_sided"),
     (lambda: radiosity.Camera(eye=(0, 0, 0), target=(0, 0, 0)), "target"),
-    (lambda: radiosity.Rays([[0, 0, np.nan]], [[0, 0, 1]]), None),
+    (lambda: radiosity.Rays([[0, 0, np.nan]], [[0, 0, 1]]), "origin"),
+    (lambda: radiosity.Rays([[0, 0, 0]], [[0, 0, 0]]), "direction"),
+    (lambda: radiosity.Rays([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]]), "direction"),
+    (lambda: radiosity.Rays([[0, 0, 0]], [[0, 0, 1]], tmax=[-1]), "tmax"),
+    (lambda: radiosity.PointLight(position=(0, 0, 0), intensity=(-1, 0, 0)), "intensity"),
+    (lambda: radiosity.Sensors(position=[(0, 0, np.nan)], normal=[(0, 0, 1)]), "position"),
+    (lambda: radiosity.luminaire(radiosity.load("furnace:1"), "missing.ies", (0, 0, 1)), "path"),
+    (lambda: radiosity.ViewFactors.open("missing.npz"), "path"),
+    (lambda: radiosity.view_factors(SQUARES, more=2), "more"),
     (lambda: radiosity.render(radiosity.load("furnace:1"), size=(True, 4)), "width"),
     (lambda: radiosity.render(radiosity.load("furnace:1"), size=7), "size"),
     (lambda: radiosity.render(radiosity.load("furnace:1"), samples=3), "samples"),
@@ -78,6 +86,7 @@ def test_a_mesh_of_pyvista_is_its_faces():
     (lambda: radiosity.machine(radiosity.load("furnace:1"), patch=0, preset="huge"), "preset"),
     (lambda: radiosity.export_verilog("core", top="gpu"), "top"),
     (lambda: radiosity.export_verilog("core", period=0), "period"),
+    (lambda: radiosity.export_verilog("core", parameters={"icu.threads": 2}), "parameters"),
     (lambda: radiosity.sky(radiosity.load("furnace:1"), "blue"), "sky"),
     (lambda: radiosity.sky(radiosity.load("furnace:1"), place=(48, 11)), "date")])
 def test_an_input_error_is_a_value_error_that_names_its_parameter(call, parameter):
@@ -109,11 +118,16 @@ def test_exchange_takes_values_by_the_names_of_surfaces():
     with pytest.raises(radiosity.InputError, match="not of 'roof'") as caught:
         factors.exchange(temperature={"roof": 1}, emissivity=1)
     assert caught.value.parameter == "temperature"
+    with pytest.raises(radiosity.InputError, match="patch 1: Emissivity must be 0 to 1, not 2") as caught:
+        factors.exchange(temperature=300, emissivity=[0, 2])
+    assert caught.value.parameter == "emissivity"
+    assert repr(by_name).startswith("<Exchange: 2 patches, temperatures ")
 
 
 def test_a_ray_hits_the_nearest_patch_or_any_one():
     scene = radiosity.load("furnace:1")
     hits = radiosity.cast(scene, RAYS, jobs=1)
+    assert repr(hits) == "<Hits: 1 of 1 ray>"
     assert (hits.t.item(), scene.normals[hits.patch.item()].tolist()) == (0.5, [0, 0, -1])
     blocked = radiosity.cast(scene, radiosity.Rays([[0.5, 0.5, 0.5]], [[0, 0, 1]], tmax=[0.4]), any_hit=True)
     assert blocked.patch.item() == -1

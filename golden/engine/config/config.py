@@ -59,7 +59,8 @@ class Config:
         known = self.parameters()
         for path in changes:
             if path not in known:
-                raise InputError(f"configuration: there is no parameter {path!r}; there are {', '.join(known)}")
+                raise InputError(f"configuration: there is no parameter {path!r}; there are {', '.join(known)}",
+                                 parameter="parameters")
         groups = {}
         for path, value in changes.items():
             group, name = path.split(".")
@@ -79,10 +80,12 @@ class Config:
         for assignment in assignments:
             path, equals, text = assignment.partition("=")
             if not equals:
-                raise InputError(f"configuration: a parameter is given as PATH=VALUE, not {assignment!r}")
+                raise InputError(f"configuration: a parameter is given as PATH=VALUE, not {assignment!r}",
+                                 parameter="parameters")
             kind = type(known.get(path, ""))
             try:
                 changes[path] = int(text, 0) if kind is int else kind(text)
             except ValueError:
-                raise InputError(f"configuration: {path} must be of type {kind.__name__}, not {text!r}") from None
+                raise InputError(f"configuration: {path} must be of type {kind.__name__}, not {text!r}",
+                                 parameter="parameters") from None
         return self.replace(changes)

@@ -8,6 +8,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, gmres, splu
 
 from golden.base.errors import InputError
+from golden.base.plural import counted
 from golden.light.factors.factor_matrix import CLOSED, FactorMatrix
 from golden.light.factors.patch_error import PatchError
 
@@ -34,7 +35,7 @@ _NO_EMISSION = 1e-9
 _HOTTEST, _MOST_FLUX = 1e25, 1e100
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Exchange:
     """Net radiative exchange of N patches, N float64 each.
 
@@ -52,6 +53,10 @@ class Exchange:
     radiosity: np.ndarray
     irradiance: np.ndarray
     flux: np.ndarray
+
+    def __repr__(self) -> str:
+        return (f"<Exchange: {counted(len(self.flux), 'patch')}, temperatures {self.temperature.min():g} to "
+                f"{self.temperature.max():g} K, fluxes {self.flux.min():g} to {self.flux.max():g} W/m2>")
 
 
 def net_exchange(factors: FactorMatrix, *, temperature, emissivity, flux=None,
@@ -88,11 +93,13 @@ def net_exchange(factors: FactorMatrix, *, temperature, emissivity, flux=None,
     given = ~np.isnan(temperature)
     _check_patches(given != ~np.isnan(flux), "it must have either a temperature or a flux")
     _check_patches(~given | ((temperature >= 0) & (temperature < np.inf)),
-                   "Temperature must be finite and at least 0 K", temperature)
-    _check_patches(~given | (temperature <= _HOTTEST), f"Temperature must be at most {_HOTTEST:.0e} K", temperature)
-    _check_patches(given | np.isfinite(flux), "Flux must be finite", flux)
-    _check_patches(given | (np.abs(flux) <= _MOST_FLUX), f"Flux must be at most {_MOST_FLUX:.0e} W/m2", flux)
-    _check_patches(given | (emissivity > 0), "Emissivity must be above 0 where the flux is given", emissivity)
+                   "Temperature must be finite and at least 0 K", temperature=temperature)
+    _check_patches(~given | (temperature <= _HOTTEST), f"Temperature must be at most {_HOTTEST:.0e} K",
+                   temperature=temperature)
+    _check_patches(given | np.isfinite(flux), "Flux must be finite", flux=flux)
+    _check_patches(given | (np.abs(flux) <= _MOST_FLUX), f"Flux must be at most {_MOST_FLUX:.0e} W/m2", flux=flux)
+    _check_patches(given | (emissivity > 0), "Emissivity must be above 0 where the flux is given",
+                   emissivity=emissivity)
     if not 0 <= sky_temperature < np.inf:
         raise InputError(f"exchange: Sky temperature must be finite and at least 0 K, not {sky_temperature!r}",
                          parameter="sky_temperature")
@@ -114,7 +121,7 @@ def net_exchange(factors: FactorMatrix, *, temperature, emissivity, flux=None,
     black = radiosity + reflection
     terms = np.maximum(np.abs(reflection), max(np.abs(radiosity).max(), irradiance.max()))
     _check_patches(given | (black >= -_NO_EMISSION * terms), "it cannot take in more than arrives: Flux is too low",
-                   flux)
+                   flux=flux)
     found = np.maximum(black / STEFAN_BOLTZMANN, 0)**0.25
     return Exchange(temperature=np.where(given, temperature, found), radiosity=radiosity, irradiance=irradiance,
                     flux=net)
@@ -199,17 +206,23 @@ def _values(name, given, count):
     values = np.asarray(given, dtype=np.float64)
     if values.shape != (count,):
         raise InputError(f"exchange: {name} must be one value for each of {count} patches, not {values.shape!r}",
-                         parameter=name)
+                         parameter=name.lower())
     return values
 
 
 def _emissivities(given, count):
     values = _values("Emissivity", given, count)
-    _check_patches((values >= 0) & (values <= 1), "Emissivity must be 0 to 1", values)
+    _check_patches((values >= 0) & (values <= 1), "Emissivity must be 0 to 1", emissivity=values)
     return values
 
 
-def _check_patches(right, what, values=None):
+def _check_patches(right, what, **values):
+    """Refuse the first patch that is not right, with its value of a parameter, which is given by name."""
     wrong = np.flatnonzero(~right)
-    if len(wrong):
-        raise PatchError(int(wrong[0]), what if values is None else f"{what}, not {values[wrong[0]]:g}")
+    if not len(wrong):
+        return
+    patch = int(wrong[0])
+    if not values:
+        raise PatchError(patch, what)
+    (name, given), = values.items()
+    raise PatchError(patch, f"{what}, not {given[patch]:g}", parameter=name)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from golden.cast.casters import CastsFrusta
 from golden.cast.density import Density
 from golden.light.factors.factor_matrix import CLOSED
 from golden.light.factors.join import Estimate
@@ -66,7 +67,7 @@ class HemisphereRows:
     kind = HemisphereBlock
     jobs = 1
 
-    def __init__(self, scene: Scene, caster, *, rays: tuple[int, int], samples: int = 1,
+    def __init__(self, scene: Scene, caster: CastsFrusta, *, rays: tuple[int, int], samples: int = 1,
                  density: Density | None = None, block_rows: int = 64, projected: bool = False,
                  progress: bool = False):
         self._scene = scene

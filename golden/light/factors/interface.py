@@ -83,6 +83,8 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
                          parameter="method")
     if unit not in METRES:
         raise InputError(f"view factors: Unit must be {' or '.join(METRES)}, not {unit!r}", parameter="unit")
+    if more is not None and not isinstance(more, ViewFactors):
+        raise InputError(f"view factors: More must be view factors, not {type(more).__name__}", parameter="more")
     warn_of_overlaps(scene)
     caster = ray_caster(scene, method, jobs=jobs)
 

@@ -14,8 +14,10 @@ class PatchError(InputError):
         Its number, from 0.
     fault
         What is wrong, without the patch.
+    parameter
+        The parameter of the value that is wrong, or None.
     """
 
-    def __init__(self, patch: int, fault: str):
-        super().__init__(f"exchange: patch {patch}: {fault}")
+    def __init__(self, patch: int, fault: str, *, parameter: str | None = None):
+        super().__init__(f"exchange: patch {patch}: {fault}", parameter=parameter)
         self.patch, self.fault = patch, fault

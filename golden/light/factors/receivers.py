@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from golden.cast.casters import CastsRays
 from golden.cast.frame import frame
 from golden.cast.rays import Rays
 from golden.light.factors.coincident_fronts import CoincidentFronts
@@ -42,7 +43,7 @@ class ReceiverFactors:
     error: np.ndarray
 
 
-def receiver_factors(scene: Scene, caster, points: Sensors, *, error: float, seed: int) -> ReceiverFactors:
+def receiver_factors(scene: Scene, caster: CastsRays, points: Sensors, *, error: float, seed: int) -> ReceiverFactors:
     """The view factors from points, small black elements that face a direction, to surfaces by their names.
 
     A hemisphere of rays distributed by the cosine measures each, in replicates whose scatter is the standard error. It

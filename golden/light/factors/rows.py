@@ -7,6 +7,7 @@ from scipy import sparse
 
 from golden.base.compiled import is_compiler_active
 from golden.base.errors import InputError
+from golden.cast.casters import CastsRays
 from golden.cast.rays import Rays
 from golden.light.factors.coincident_fronts import CoincidentFronts
 from golden.light.factors.draws import hemisphere_rays
@@ -91,7 +92,7 @@ class FactorRows:
 
     kind = RowBlock
 
-    def __init__(self, scene: Scene, caster, *, error: float = 1e-3, sky_error: float | None = None,
+    def __init__(self, scene: Scene, caster: CastsRays, *, error: float = 1e-3, sky_error: float | None = None,
                  sky_patches: str | None = None, seed: int = 0, block_rows: int = 128):
         for name, value in (("Error", error), ("Sky error", error if sky_error is None else sky_error)):
             if not isinstance(value, Real) or not 1e-6 <= value <= 0.1:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from golden.cast.casters import CastsRays
 from golden.cast.rays import Rays
 from golden.light.factors.draws import hemisphere_rays
 from golden.light.factors.number_blocks import number_blocks
@@ -41,7 +42,8 @@ class SkyRays:
         R int64: rays of each side that `shares` has counted.
     """
 
-    def __init__(self, sides: Sides, caster, row: np.ndarray, use: np.ndarray, *, division: SkyDivision | None = None):
+    def __init__(self, sides: Sides, caster: CastsRays, row: np.ndarray, use: np.ndarray, *,
+                 division: SkyDivision | None = None):
         self._sides, self._caster, self._row, self._use, self._division = sides, caster, row, use, division
         self._left = np.zeros((len(row), REPLICATES), dtype=np.int64)
         self.patches = np.zeros((len(row), 0 if division is None else len(division)), dtype=np.int32)

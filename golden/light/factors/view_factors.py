@@ -49,15 +49,17 @@ class ViewFactors(FactorMatrix):
         path = Path(path)
         read = _READERS.get(path.suffix.lower())
         if read is None:
-            raise InputError(f"{path}: Name must end in {' or '.join(_READERS)}, not {path.suffix!r}")
+            raise InputError(f"{path}: Name must end in {' or '.join(_READERS)}, not {path.suffix!r}",
+                             parameter="path")
         if not path.exists():
-            raise InputError(f"{path}: no such file")
+            raise InputError(f"{path}: no such file", parameter="path")
         try:
             return cls(**read(path))
         except InputError as error:
-            raise InputError(f"{path}: {error}") from error
+            raise InputError(f"{path}: {error}", parameter="path") from error
         except Exception as error:  # the libraries raise errors of any type for bad content
-            raise InputError(f"{path}: it holds no view factors ({' '.join(str(error).split())})") from error
+            raise InputError(f"{path}: it holds no view factors ({' '.join(str(error).split())})",
+                             parameter="path") from error
 
     def exchange(self, *, temperature, emissivity, flux=None, sky_temperature: float = 0.0) -> Exchange:
         """Net radiative exchange, see `golden.light.factors.exchange.net_exchange`.

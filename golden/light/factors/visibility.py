@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from golden.cast.casters import CastsRays
 from golden.light.factors.certain import certain_shares
 from golden.light.factors.draws import segments_by_direction, segments_by_points
 from golden.light.factors.number_blocks import number_blocks
@@ -47,8 +48,8 @@ class VisibleShares:
     segments: np.ndarray
 
 
-def visible_shares(sides: Sides, caster, first: np.ndarray, second: np.ndarray, factor: np.ndarray, *, limit: float,
-                   seed: int) -> VisibleShares:
+def visible_shares(sides: Sides, caster: CastsRays, first: np.ndarray, second: np.ndarray, factor: np.ndarray, *,
+                   limit: float, seed: int) -> VisibleShares:
     """Visible shares such that each factor's standard error is at most ``limit``.
 
     A pair first gets as many segments as it needs if all of them agree. If they do, and many more are needed,

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from golden.cast.casters import CastsRays
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.methods import shadow_caster
 from golden.light.direct import DirectLight
@@ -19,7 +20,7 @@ __all__ = ["sensor_light"]
 LESS, NEARBY = 16, 4.0
 
 
-def sensor_light(scene: Scene, sensors: Sensors, indirect: IndirectLight, caster, tally: Tally, *,
+def sensor_light(scene: Scene, sensors: Sensors, indirect: IndirectLight, caster: CastsRays, tally: Tally, *,
                  hemisphere: Hemisphere, light_samples: int, seed: int, frusta=None) -> np.ndarray:
     """Irradiance over pi at S sensors, S x 3 in units of radiance: direct light by shadow rays, the rest by rows.
 

@@ -6,6 +6,7 @@ from numbers import Integral
 import numpy as np
 
 from golden.base.errors import InputError
+from golden.cast.casters import CastsRays
 from golden.cast.rays import Rays
 from golden.scene.scene import Scene
 
@@ -42,12 +43,13 @@ class Sensors:
         position, normal = (np.array(value, dtype=np.float64) for value in (self.position, self.normal))
         if position.ndim != 2 or position.shape[1] != 3 or position.shape != normal.shape or not len(position):
             raise InputError(f"sensors: Position and normal must be S x 3 each, not {position.shape!r} and "
-                             f"{normal.shape!r}")
+                             f"{normal.shape!r}", parameter="position")
         length = np.linalg.norm(normal, axis=1, keepdims=True)
         bad = np.flatnonzero(~(np.isfinite(position).all(axis=1) & np.isfinite(length[:, 0]) & (length[:, 0] > 0)))
         if len(bad):
             raise InputError(f"sensors: Sensor {bad[0]} must have a finite position and direction other than zero, not "
-                             f"{position[bad[0]].tolist()} and {normal[bad[0]].tolist()}")
+                             f"{position[bad[0]].tolist()} and {normal[bad[0]].tolist()}",
+                             parameter="position")
         plane = np.full(len(position), -1) if self.plane is None else np.asarray(self.plane, dtype=np.int64)
         for name, value in (("position", position), ("normal", normal / length), ("plane", plane)):
             object.__setattr__(self, name, value)
@@ -81,7 +83,7 @@ class Sensors:
     def __len__(self) -> int:
         return len(self.position)
 
-    def patches(self, scene: Scene, caster) -> np.ndarray:
+    def patches(self, scene: Scene, caster: CastsRays) -> np.ndarray:
         """S int: the patch on which each sensor lies, or -1; its surface does not shade the sensor."""
         near = ON_SURFACE * scene.size
         hits = caster.nearest(Rays(self.position + near * self.normal, -self.normal, tmax=np.full(len(self), 2 * near)))

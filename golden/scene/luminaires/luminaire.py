@@ -51,7 +51,8 @@ class Luminaire:
 
     def __post_init__(self):
         if not np.isfinite((*self.place, self.turn)).all():
-            raise InputError(f"luminaire: Place and turn must be finite, not {self.place!r} and {self.turn!r}")
+            raise InputError(f"luminaire: Place and turn must be finite, not {self.place!r} and {self.turn!r}",
+                             parameter="place")
 
     def scene(self, scene: Scene, efficacy: float) -> Scene:
         """The scene with this luminaire among its lights, for ``efficacy`` in lm/W.
@@ -69,7 +70,7 @@ class Luminaire:
                 if not found.candela.any():
                     warn("it emits no light")
         except InputError as error:
-            raise InputError(f"{self.path}: {error}") from error
+            raise InputError(f"{self.path}: {error}", parameter="path") from error
         for message in caught:
             warn(f"{self.path}: {message}")
         steps = np.zeros(1) if max(found.opening) == 0 else (np.arange(POINTS) + 0.5) / POINTS - 0.5
