@@ -10,7 +10,7 @@ from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import config_of
 from tb.lib.runner import SIMULATORS
 from tb.lib.schedules import Schedule, ScheduleBench
-from tb.memsys.results.test_result_address import expected as extent_of
+from tb.memsys.results.test_result_address import extent_of
 from tb.memsys.section_results import drawn_section, joined
 
 CHANGES = [{"memory.data_bits": bits} for bits in (64, 128)]
@@ -20,7 +20,7 @@ def vectors(config, sections):
     """Of several sections."""
     bits = config.memory.data_bits
     beats = [beat for one in sections for beat in one.beats(bits)]
-    return Vectors(inputs=joined(sections) | {"i": [extent_of(one, bits) for one in sections]},
+    return Vectors(inputs=joined(sections) | {"i": [extent_of(one.command_item, config) for one in sections]},
                    expected={"o": beats}, ports={"discard": 0}, after={"busy": 0}, about=sections)
 
 
@@ -95,7 +95,7 @@ def packer(request):
 
 def schedule(config, items):
     """Without gaps; of commands the extents."""
-    extents = [extent_of(one, config.memory.data_bits) for one in items["i"]]
+    extents = [extent_of(one.command_item, config) for one in items["i"]]
     return Schedule(items={name: [(0, item) for item in values] for name, values in (items | {"i": extents}).items()})
 
 
