@@ -28,7 +28,7 @@ class RecordWords(wiring.Component):
     region : In(RegionNumber)
         Of the words. Stable while words are in flight.
     start : In(1)
-        The next word is the first one of a record. Only while no word is in flight.
+        The next word is the first one of a record; words in flight keep their numbers. Not beside a word.
     record : In(COUNT_BITS)
         That record.
     i : In, stream of `MemoryFormats.word`

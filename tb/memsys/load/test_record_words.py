@@ -43,9 +43,10 @@ class TestRecordWords(Bench):
             given = yield outputs
 
     def drive(self, given, random):
-        """A region and a first record are named before the first word."""
+        """A region and a first record are named before the first word; another one in the middle of a record too."""
         if self.cycle == 0:
             self.region = random.choice(REGIONS)
-        given.region, given.start, given.limit = self.region.value, self.cycle == 1, (1 << 32) - 1
-        if self.cycle < 3:
+        given.region, given.limit = self.region.value, (1 << 32) - 1
+        given.start = self.cycle == 1 or (self.cycle >= 3 and random.random() < 0.1)
+        if self.cycle < 3 or given.start:
             given.i = None
