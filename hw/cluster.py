@@ -21,7 +21,9 @@ from hw.ctu.traversal_unit import TraversalUnit
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.intersection_unit import COUNTERS as INTERSECTION_COUNTERS
 from hw.icu.intersection_unit import IntersectionUnit
+from hw.icu.ray_list import RayList
 from hw.lib.arbiter import Arbiter
+from hw.lib.checks import claim
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.load.table_load import TableLoad
@@ -232,6 +234,13 @@ class Cluster(wiring.Component):
         m.submodules.near = near = NearCellBanks(config=self._config)
         wiring.connect(m, slot.o_near, near.i_load)
         wiring.connect(m, near.o, traversal.i_near)
+        if self._config.icu.shadow_bits:
+            m.submodules.rays = rays = RayList(config=self._config)
+            wiring.connect(m, slot.o_ray, rays.i_load)
+            wiring.connect(m, rays.o, intersection.i_ray)
+            m.d.comb += [rays.frustum.eq(frustum), rays.i.payload.eq(given.rays),
+                         rays.i.valid.eq(control.begins & frustum.is_shadow)]
+            claim(m, ~rays.i.valid | rays.i.ready, "the rays of the section before have left")
         traversal_frustum = traversal.i_frustum.payload
         m.d.comb += [
             intersection.i_frustum.valid.eq(control.o_intersection.valid), intersection.i_frustum.payload.eq(frustum),

@@ -70,11 +70,12 @@ class Formats:
 
         ``section``: first_column <= column < end_column, and likewise rows. ``tiles_across``: tiles in a row of tiles
         of the section. ``longest_direction``: see `golden.engine.frustum.FrustumRecord`, little more than 1; 0 for a
-        screen.
+        screen. A shadow frustum is a screen too.
         """
         side = range(self.config.icu.side_bits + 1)
+        shadow = {"is_shadow": 1} if self.config.icu.shadow_bits else {}
         return StructLayout({
-            "is_screen": 1, "origin": self.scene_vector, "matrix": ArrayLayout(self.direction_vector, 3),
+            "is_screen": 1, **shadow, "origin": self.scene_vector, "matrix": ArrayLayout(self.direction_vector, 3),
             "columns": self.count, "rows": self.count, "column_bits": side, "row_bits": side,
             "source": self.surface, "longest_direction": unsigned(self.direction.width - 1),
             "section": self.section, "tiles_across": self.count})

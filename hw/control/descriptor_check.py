@@ -65,7 +65,7 @@ class DescriptorCheck(wiring.Component):
         def misaligned(address, multiple):
             return (address[:multiple.bit_length() - 1] != 0) | address[width:].any()
 
-        is_section, is_kind = (Signal(name=name) for name in ("is_section", "is_kind"))
+        is_section, is_kind, has_rays = (Signal(name=name) for name in ("is_section", "is_kind", "has_rays"))
         is_load = field("kind")[1] == Kind.LOAD
         first, end = ([Signal(16, name=f"{bound}_{axis}") for axis in ("column", "row")] for bound in ("first", "end"))
         # By field: its word, and whether it breaks its rule; only in descriptors of sections or in all.
@@ -82,8 +82,10 @@ class DescriptorCheck(wiring.Component):
                 ("near_cells", lambda value: misaligned(value, NEAR_ALIGNMENT), False),
                 ("near_count", lambda value: value > 1 << ctu.near_cell_bits, False),
                 ("last_shell", lambda value: (value == 0) | (value >> ctu.shell_bits != 0), False),
+                ("ray_count", lambda value: value > icu.listed_rays, True),
                 ("reserved", lambda value: value != 0, True),
-                ("bundle", lambda value: value > max(Bundle), False),
+                ("bundle", lambda value: (value > (Bundle.SHADOW if icu.shadow_bits else Bundle.SCREEN))
+                 | (has_rays & (value != Bundle.SHADOW)), False),
                 ("columns", lambda value: value > side, False), ("rows", lambda value: value > side, False)):
             word, value = field(name)
             rules[name] = word, is_wrong(value), everywhere
@@ -99,6 +101,10 @@ class DescriptorCheck(wiring.Component):
                     m.d.sync += broken[name].eq(is_wrong)
                 with m.Elif(index == 0):
                     m.d.sync += broken[name].eq(0)
+            if icu.shadow_bits:
+                (count_word, count) = field("ray_count")
+                with m.If(index == count_word):
+                    m.d.sync += has_rays.eq(count != 0)
             with m.If(index == section_word):
                 for bound, signals in ("first", first), ("end", end):
                     m.d.sync += [signal.eq(field(f"{bound}_{axis}")[1])

@@ -25,7 +25,8 @@ SLOT_BITS = (DESCRIPTOR_WORDS - 1).bit_length()
 
 
 class DescriptorFetch(wiring.Component):
-    """Reads descriptor after descriptor, and sends each with its near cells: 24 words, then two cells a word.
+    """Reads descriptor after descriptor, and sends each with its near cells: 24 words, then two cells a word, and
+    behind them a listed ray a word.
 
     ::
 
@@ -34,8 +35,8 @@ class DescriptorFetch(wiring.Component):
 
     The descriptors up to ``doorbell`` are read ahead, and so are their near cells. An extent is requested when the
     memory has free entries for all of it: replies never wait. Near cells are read if the descriptor is one of a
-    section, their address is a multiple of 8 and has as many bits as those of memory, and they are not more than a
-    cluster can store; else there are none. Nothing else is checked.
+    section, their address is a multiple of 8 and has as many bits as those of memory, and neither they nor the listed
+    rays are more than a cluster can store; else there are none. Nothing else is checked.
 
     After a reset the first descriptor is the one with the number ``taken``.
 
@@ -82,7 +83,7 @@ class DescriptorFetch(wiring.Component):
         self._memory = Memory(shape=WORD_BITS + 1, depth=2 * max(DESCRIPTORS << SLOT_BITS, NEAR_WORDS), init=[])
         self._address = range(self._memory.depth)
         self._near_bits = config.ctu.near_cell_bits
-        self._near_count = range((1 << self._near_bits) // 2 + 1)
+        self._near_count = range((1 << self._near_bits) // 2 + config.icu.listed_rays + 1)
         self._steps = stream.Signature(StructLayout({
             "address": self._address, "index": range(NEAR_INDEX + 1), "last": 1})).create()
         step = self._steps.payload
@@ -156,10 +157,12 @@ class DescriptorFetch(wiring.Component):
                 m.d.sync += slot.eq(slot + 1)
         m.d.comb += [self._arrived[0].eq(arrives & ~is_near), self._arrived[1].eq(arrives & is_near)]
 
-        # A word with the number of near cells follows those with the kind and with the address.
+        # A word with the number of near cells follows those with the kind and with the address, and one with the number
+        # of rays follows it.
         (kind_word, kind_bits), = elements("kind")
         (address_word, address_bits), = elements("near_cells")
         (count_word, count_bits), = elements("near_count")
+        last_word = count_word
         is_section, address, error = Signal(), Signal(WORD_BITS), Signal()
         with m.If(arrives & ~is_near):
             m.d.sync += error.eq((error & (index != 0)) | word.payload.error)
@@ -168,12 +171,20 @@ class DescriptorFetch(wiring.Component):
             with m.If(index == address_word):
                 m.d.sync += address.eq(word.payload.data[address_bits])
         count, words, good = word.payload.data[count_bits], Signal(self._near_count), Signal()
+        cells, few = (count[:self._near_bits + 1] + 1) >> 1, count <= 1 << self._near_bits
+        if self._config.icu.shadow_bits:
+            (last_word, bits), = elements("ray_count")
+            rays, (near_cells, few_cells) = word.payload.data[bits], (Signal.like(cells), Signal())
+            with m.If(arrives & ~is_near & (index == count_word)):
+                m.d.sync += [near_cells.eq(cells), few_cells.eq(few)]
+            cells = near_cells + rays[:self._config.icu.shadow_bits + 1]
+            few = few_cells & (rays <= self._config.icu.listed_rays)
         width = self._config.memory.address_bits
         m.d.comb += [
-            good.eq(is_section & ~error & ~word.payload.error & (count <= 1 << self._near_bits)
-                    & (address[:NEAR_ALIGNMENT.bit_length() - 1] == 0) & (address[width:] == 0)),
-            words.eq(Mux(good, (count[:self._near_bits + 1] + 1) >> 1, 0)),
-            counts.i.payload.eq(words), counts.i.valid.eq(arrives & ~is_near & (index == count_word)),
+            good.eq(is_section & ~error & ~word.payload.error & few & (address[:NEAR_ALIGNMENT.bit_length() - 1] == 0)
+                    & (address[width:] == 0)),
+            words.eq(Mux(good, cells, 0)),
+            counts.i.payload.eq(words), counts.i.valid.eq(arrives & ~is_near & (index == last_word)),
             near.i.payload.address.eq(address), near.i.payload["count"].eq(words),
             near.i.valid.eq(counts.i.valid & (words != 0))]
 

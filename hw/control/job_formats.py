@@ -22,7 +22,7 @@ WORD_BITS = 8 * WORD_BYTES
 DESCRIPTOR_BYTES = DESCRIPTOR.dtype.itemsize
 DESCRIPTOR_WORDS = DESCRIPTOR_BYTES // WORD_BYTES
 COMPLETION_WORDS = COMPLETION.dtype.itemsize // WORD_BYTES
-# The index of a word of near cells: all of them follow the descriptor's words.
+# The index of a word of near cells or of a listed ray: all of them follow the descriptor's words.
 NEAR_INDEX = DESCRIPTOR_WORDS
 # Sections of a cluster in flight at most: one in its slot, one that is cast, one whose results are written.
 IN_FLIGHT = 3
@@ -67,8 +67,8 @@ class JobFormats:
     cluster
         Bits of the number of a cluster.
     fetched
-        A word of a descriptor, or of its near cells (``index`` is `NEAR_INDEX`), the ``last`` one or not. With
-        ``error`` it could not be read.
+        A word of a descriptor, or of its near cells and listed rays (``index`` is `NEAR_INDEX`), the ``last`` one or
+        not. With ``error`` it could not be read.
     word
         The same for a cluster. The last one is ``void`` if the section is refused: what came before it is no section.
     results
@@ -76,7 +76,7 @@ class JobFormats:
         where; ``columns`` of the frustum; ``section``.
     slot
         A section in a cluster's slot: ``numbers`` of its frustum, ``section``, ``last_shell``, ``near_cells`` and the
-        ``bank`` that has them, ``results``.
+        ``bank`` that has them, ``results``; with ``icu.shadow_bits`` also how many ``rays`` are listed.
     near_pair
         Two near cells: the ``bank``, the ``address`` of a word there, the ``cells``, the first one in the low half.
     sent
@@ -107,8 +107,9 @@ class JobFormats:
                                   "last": 1, "void": 1})
         self.results = StructLayout({"hit_format": 2, "sums": 1, "hits": address, "sums_address": address,
                                      "columns": formats.count, "section": formats.section})
+        rays = {"rays": unsigned(config.icu.shadow_bits + 1)} if config.icu.shadow_bits else {}
         self.slot = StructLayout({"numbers": control.numbers, "section": formats.section, "last_shell": formats.shell,
-                                  "near_cells": unsigned(near + 1), "bank": 1, "results": self.results})
+                                  "near_cells": unsigned(near + 1), **rays, "bank": 1, "results": self.results})
         self.near_pair = StructLayout({"bank": 1, "address": near - 1, "cells": 2 * formats.cell.width})
         self.sent = StructLayout({"cluster": self.cluster, "tag": 32})
         load = {"image": WORD_BITS, "regions": len(REGIONS), "copies": 1}

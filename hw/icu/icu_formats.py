@@ -171,6 +171,21 @@ class IcuFormats(Formats):
         return StructLayout({"patch": self.patch, "sum": unsigned(WEIGHT_BITS), "overflow": 1, "is_sum": 1, "last": 1})
 
     @property
+    def place(self) -> Shape:
+        """A slope of a listed ray, counted from the border of the grid."""
+        return unsigned(self.config.numbers.direction_fraction + 1)
+
+    @property
+    def ray_entry(self) -> StructLayout:
+        """A ray of a shadow frustum's list: its slopes and its end, see `golden.engine.frustum.ray_list`."""
+        return StructLayout({"x": self.place, "y": self.place, "end": self.inverse})
+
+    @property
+    def listed_ray(self) -> StructLayout:
+        """The same with its place in the ray memory; one that is not ``is_ray`` is none of the section's."""
+        return StructLayout({"ray": self.ray, **dict(self.ray_entry.members), "is_ray": 1, "last": 1})
+
+    @property
     def hit(self) -> StructLayout:
         """What a ray hit; ``inverse`` 0: nothing, and then all is 0."""
         return StructLayout({"inverse": self.inverse, "patch": self.patch, "u": self.uv, "v": self.uv})

@@ -56,6 +56,10 @@ class IntersectionPipeline(wiring.Component):
         The slot that was allocated first has been read for the last time.
     is_screen : In(1)
         Stable while rays are in flight.
+    i_ray : In, stream of ``ray``, ``x``, ``y``, always ready
+        Slopes for `RayDirection`. Only with ``shadow_bits``.
+    is_shadow : In(1)
+        For `RayDirection`. Only with ``shadow_bits``.
     tested : Out(1)
         A ray leaves screening.
     inside : Out(1)
@@ -72,8 +76,13 @@ class IntersectionPipeline(wiring.Component):
         self._config, self._formats = config, IcuFormats(config)
         formats = self._formats
 
+        ray = {"ray": formats.ray, "is_ray": 1, "last": 1}
+        self._direction = RayDirection(config=config, tag=StructLayout({**ray, "slot": formats.slot}))
+        self._shadow = config.icu.shadow_bits > 0
         super().__init__({
             "i": In(stream.Signature(formats.issued, always_ready=True)),
+            **({name: self._direction.signature.members[name] for name in ("i_ray", "is_shadow")}
+               if self._shadow else {}),
             "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
             **{f"i_{name}": In(_items({"slot": formats.slot, "part": field.shape}))
                for name, field in formats.slot_record},
@@ -82,8 +91,6 @@ class IntersectionPipeline(wiring.Component):
             "o_payload": Out(_items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
             "o_done": Out(stream.Signature(formats.patch, always_ready=True)),
             "free": Out(1), "is_screen": In(1), "tested": Out(1), "inside": Out(1)})
-        ray = {"ray": formats.ray, "is_ray": 1, "last": 1}
-        self._direction = RayDirection(config=config, tag=StructLayout({**ray, "slot": formats.slot}))
         self._slots = PatchSlots(config=config, tag=StructLayout({**ray, "direction": formats.direction_vector}))
         exponents = {"exponents": formats.exponents} if config.icu.uv_bits else {}
         self._screening = Screening(config=config, tag=StructLayout({**ray, "patch": formats.patch, **exponents}))
@@ -112,6 +119,9 @@ class IntersectionPipeline(wiring.Component):
         issued = self.i.payload
         connect_fields(m, direction.i, self.i, tags=[issued], column=issued.column, row=issued.row)
         m.d.comb += direction.is_screen.eq(self.is_screen)
+        if self._shadow:
+            wiring.connect(m, wiring.flipped(self.i_ray), direction.i_ray)
+            m.d.comb += [direction.i.payload.ray.eq(issued.ray), direction.is_shadow.eq(self.is_shadow)]
         turned = direction.o.payload
         connect_fields(m, slots.i, direction.o, tags=[turned.tag], slot=turned.tag.slot)
         m.d.comb += slots.i.payload.tag.direction.eq(turned.direction)

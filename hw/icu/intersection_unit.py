@@ -35,6 +35,8 @@ COUNTERS = {
     "waits_for_slot": "cycles in which a vertex stalled for a patch slot",
     "waits_for_rays": "cycles with patches in flight and no ray issued"}
 COUNTER_BITS = 32
+# Cycles from the last ray of a list until its code can be read.
+LISTED = 15
 
 
 class IntersectionUnit(wiring.Component):
@@ -60,7 +62,10 @@ class IntersectionUnit(wiring.Component):
     Members
     -------
     i_frustum : In, stream of `Formats.frustum`
-        Begins a frustum. Accepted while no patch is in flight and its bank is not being read out.
+        Begins a frustum. Accepted while no patch is in flight and its bank is not being read out; a shadow frustum
+        when the last ray of its list has come.
+    i_ray : In, stream of `IcuFormats.listed_ray`
+        The rays of the shadow frustum that is offered, at least one item. Only with ``shadow_bits``.
     i_table : In, stream of `IcuFormats.table_write`
         Table entries. Accepted while no patch is in flight; weights also only while nothing is read out.
     i_vertex : In, stream of `Formats.patch_vertex`
@@ -89,7 +94,7 @@ class IntersectionUnit(wiring.Component):
     A patch every four cycles, one ray per cycle, see `PatchSetup`, `IcRayGenerator` and `IntersectionPipeline`. A
     frustum is accepted ``5`` cycles after it is offered if nothing is in flight or read out; every
     2^``generation_bits`` - 1 frusta of a bank a cycle per ray of the section later, rounded up to a power of two, see
-    `RayMemory`. At most ``slots`` patches are in flight.
+    `RayMemory`; a shadow frustum 17 cycles after the last of its rays. At most ``slots`` patches are in flight.
 
     Golden counterpart: `golden.engine.cast.naive_fixed.NaiveFixed`, `golden.engine.icu`. Source: Shen 1993, section
     5.3.5.
@@ -102,8 +107,10 @@ class IntersectionUnit(wiring.Component):
         self._setup = PatchSetup(config=config)
         self._memory = RayMemory(config=config, tag=0)
         self._pipeline = IntersectionPipeline(config=config, update_latency=self._memory.latency)
+        self._shadow = config.icu.shadow_bits > 0
         super().__init__({
             "i_frustum": In(stream.Signature(formats.frustum)),
+            **({"i_ray": In(stream.Signature(formats.listed_ray))} if self._shadow else {}),
             "i_table": In(stream.Signature(formats.table_write)),
             "i_vertex": In(stream.Signature(formats.patch_vertex)),
             "o_done": Out(stream.Signature(formats.patch)),
@@ -152,12 +159,16 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += [
             settle.tiles.eq(tiles), memory.rays.eq(tiles << 2 * icu.tile_bits),
             # The tiles of the offered frustum are known.
-            may_begin.eq(known[1] & drained & free & ~reads & ~accepts), start.i.valid.eq(may_begin),
+            may_begin.eq(known[1] & drained & free & ~reads & ~accepts),
             self.i_frustum.ready.eq(accepts)]
         for output, unit in zip(start.o, (memory, settle), strict=True):
             wiring.connect(m, output, unit.i_start)
         # Registered, because much logic follows in both memories.
-        m.d.sync += accepts.eq(start.i.ready)
+        lists, begins = Const(0), start.i.ready
+        if self._shadow:
+            listed, lists, begins = self._add_list(m, start.i.ready, accepts)
+        m.d.comb += start.i.valid.eq(may_begin & ~lists)
+        m.d.sync += accepts.eq(begins)
         with m.If(memory.i_start.valid & memory.i_start.ready):
             m.d.sync += begun.eq(1)
         with m.If(accepts):
@@ -181,6 +192,10 @@ class IntersectionUnit(wiring.Component):
         wiring.connect(m, gate.o, vertices.i)
         wiring.connect(m, vertices.o, setup.i)
         m.d.comb += gate.is_open.eq(has_frustum & ~self.i_frustum.valid & ~read_now)
+        if self._shadow:
+            is_shadow = Signal()
+            m.d.comb += pipeline.is_shadow.eq(is_shadow)
+            m.d.sync += is_shadow.eq(frustum.is_shadow)
         m.d.comb += [setup.frustum.eq(frustum), setup.free.eq(pipeline.free), pipeline.is_screen.eq(is_screen)]
         m.d.sync += is_screen.eq(frustum.is_screen)
         for name, _ in formats.slot_record:
@@ -205,6 +220,12 @@ class IntersectionUnit(wiring.Component):
                      settled.inverse.eq(answer.inverse)]
         m.d.comb += [settle.i.valid.eq(settles), settle.i.payload.eq(settled)]
         m.d.comb += [memory.i.payload[name].eq(update[name]) for name in ("ray", "inverse", "patch", "hit")]
+        if self._shadow:
+            # No patch is in flight while rays are listed. Their codes come from the memory like those of hits.
+            with m.If(listed.valid):
+                m.d.comb += [memory.i.valid.eq(1), memory.i.payload.lists.eq(1),
+                             memory.i.payload.ray.eq(listed.payload.ray),
+                             memory.i.payload.inverse.eq(listed.payload.end)]
         m.d.comb += [pipeline.i_update.payload[name].eq(answer[name]) for name in ("ray", "inverse", "won")]
         wiring.connect(m, pipeline.o_payload, memory.i_payload)
         m.d.comb += [tokens.i.valid.eq(pipeline.o_done.valid), tokens.i.payload.eq(pipeline.o_done.payload)]
@@ -252,6 +273,30 @@ class IntersectionUnit(wiring.Component):
             m.d.comb += [counters.events[name].eq(event), self.counters[name].eq(counters.counters[name])]
         m.d.sync += counters.clear.eq(accepts)
         return m
+
+    def _add_list(self, m, begun, accepts):
+        """The rays of a shadow frustum that the memories have ``begun``. Gives those that are written, as a stream
+        without ready, whether it ``lists`` rays, and whether it ``begins`` the frustum, of whatever kind.
+        """
+        memory, settle, pipeline = m.submodules.memory, m.submodules.settle, m.submodules.pipeline
+        given, is_shadow, is_last = self.i_ray, self.i_frustum.payload.is_shadow, Signal()
+        listed = Signal(StructLayout({"valid": 1, "payload": given.payload.shape()}))
+        waits, lists, begins = Signal(range(LISTED + 1)), Signal(), Signal()
+        comes = given.valid & given.ready
+        m.d.comb += [
+            memory.is_shadow.eq(is_shadow), given.ready.eq(lists & ~is_last),
+            begins.eq((begun & ~is_shadow) | (lists & (waits == LISTED) & ~accepts)),
+            pipeline.i_ray.valid.eq(listed.valid),
+            *(pipeline.i_ray.payload[name].eq(listed.payload[name]) for name in ("ray", "x", "y"))]
+        m.d.sync += [listed.valid.eq(comes & given.payload.is_ray), listed.payload.eq(given.payload),
+                     waits.eq(waits + (is_last & (waits != LISTED)))]
+        with m.If(begun):
+            m.d.sync += [settle.settled.eq(is_shadow), lists.eq(is_shadow)]
+        with m.If(comes & given.payload.last):
+            m.d.sync += is_last.eq(1)
+        with m.If(accepts):
+            m.d.sync += [lists.eq(0), is_last.eq(0), waits.eq(0)]
+        return listed, lists, begins
 
 
 def _reaches(number, count):

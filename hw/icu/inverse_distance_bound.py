@@ -20,7 +20,8 @@ __all__ = ["InverseDistanceBound"]
 
 class InverseDistanceBound(wiring.Component):
     """Hemisphere: the length of m from the leading bits of its components, rounded up, times the longest direction.
-    Screen: the largest m . d of the window's four corners, which is a sum of the larger products of either axis.
+    Screen: the largest m . d of the window's four corners, which is a sum of the larger products of either axis. In a
+    shadow frustum corners are those of the positions, half a step beside the table's entries.
 
     Parameters
     ----------
@@ -76,8 +77,14 @@ class InverseDistanceBound(wiring.Component):
 
         column = address_of(window.column_first, window.column_count)
         row = address_of(window.row_first, window.row_count)
-        entries = [pipeline.delay(pipeline.read(self._tables[kind].read_port(), address), 1)
+        entries = [pipeline.read(self._tables[kind].read_port(), address)
                    for kind, address in ((TableKind.COLUMN, column), (TableKind.ROW, row))]
+        if icu.shadow_bits:
+            entries = [pipeline.register(
+                lambda phase, entry, bits=bits: self._border(phase, entry, bits).as_signed(), phase, entry)
+                for bits, entry in zip((self.frustum.column_bits, self.frustum.row_bits), entries, strict=True)]
+        else:
+            entries = [pipeline.delay(entry, 1) for entry in entries]
         across = pipeline.combine(lambda phase, column, row: Mux(phase[1], row, column).as_signed(), phase, *entries)
         component = pipeline.register(lambda phase: Mux(phase[1], mantissa[1], mantissa[0]).as_signed(), phase)
         high, low = (pipeline.combine(lambda value, k=k: split_limbs(value, OPERAND)[k], component) for k in range(2))
@@ -126,6 +133,12 @@ class InverseDistanceBound(wiring.Component):
             lambda code: Mux(code < 1, 1, Mux(code > icu.settle.high + 1, icu.settle.high + 1, code)), code))
         pipeline.output(self.o.payload.slot, pipeline.input(item.slot))
         self.latency = self._phases.latency + PHASES - 1 + pipeline.latency
+
+    def _border(self, phase, entry, bits):
+        """In a shadow frustum the border of the position that has the entry as its middle, on the window's side."""
+        fraction = len(entry) - 2
+        half = Cat(bits == fraction - k for k in range(fraction)) & self.frustum.is_shadow.replicate(fraction)
+        return (entry + Mux(phase[0], half, -half))[:len(entry)]
 
     def elaborate(self, platform):
         m = Module()

@@ -85,9 +85,14 @@ class Ipbb(wiring.Component):
             return pipeline.register(lambda off, inner: Mux(off, -outmost, inner).as_signed(), off, inner)
 
         def index(value, bits, size, last):
-            """First or last of the entries (2 i + 1 - size) / 2^bits that are inside."""
+            """First or last of the entries (2 i + 1 - size) / 2^bits that are inside; in a shadow frustum also those
+            that are within half an entry's width.
+            """
             value = shift_left(pipeline, value, pipeline.constant(bits), len(value.value) + icu.side_bits)
-            middle = ((size - 1) << icu.cordic_stages) + (0 if last else (one << 1) - 1)
+            beside = 1
+            if icu.shadow_bits:
+                beside = Mux(self.frustum.is_shadow, 0 if last else 2, 1)
+            middle = ((size - beside) << icu.cordic_stages) + (0 if last else (one << 1) - 1)
             return pipeline.register(lambda value: ((value + middle) >> icu.cordic_stages + 1).as_signed(), value)
 
         size_bits = icu.side_bits.bit_length()

@@ -1,6 +1,6 @@
 """Ray memory and nearest update: the best hit of each ray."""
 
-from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
@@ -23,8 +23,11 @@ class RayMemory(wiring.Component):
     """Larger 1/t wins, equal 1/t goes to the smaller patch id; so the order of updates does not matter.
 
     A row is compared as one integer: 1/t above the complement of the id, and the tag of the generation. (u, v) are
-    written later, on a win only. Of two banks one belongs to the frustum that is cast; the other one, or the same when
-    nothing is in flight, is read out.
+    written later, on a win only. In a shadow frustum a ray that has not been listed is never hit, and any hit before
+    its end settles it: it then has the largest 1/t of patch 0, with (u, v) of 0.
+
+    Of two banks one belongs to the frustum that is cast; the other one, or the same when nothing is in flight, is read
+    out.
 
     Parameters
     ----------
@@ -40,8 +43,11 @@ class RayMemory(wiring.Component):
         the other bank is not being read.
     rays : In(range(rays + 1))
         The rays of the frustum that begins are below it. Initially all. Stable while ``i_start`` is valid.
+    is_shadow : In(1)
+        A shadow frustum begins. Stable while ``i_start`` is valid. Only with ``shadow_bits``.
     i : In, stream of ``tag``, ``ray``, ``inverse``, ``patch``, ``hit``, always ready
-        Updates; ``hit``: the ray meets the patch.
+        Updates; ``hit``: the ray meets the patch. With ``shadow_bits`` also ``lists``: the ray of a shadow frustum
+        begins to exist, and ends at ``inverse``.
     o : Out, stream of ``tag``, ``ray``, ``inverse``, ``won``, always ready
         Replies; ``won``: the ray had nothing nearer.
     i_payload : In, stream of ``ray``, ``u``, ``v``, always ready
@@ -71,11 +77,13 @@ class RayMemory(wiring.Component):
         def items(fields):
             return struct_stream(fields, always_ready=True)
 
+        self._shadow = config.icu.shadow_bits > 0
+        lists = {"lists": 1} if self._shadow else {}
         super().__init__({
             "i_start": In(stream.Signature(0)),
-            "rays": In(range(config.icu.rays + 1), init=config.icu.rays),
+            "rays": In(range(config.icu.rays + 1), init=config.icu.rays), **({"is_shadow": In(1)} if lists else {}),
             "i": In(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch,
-                           "hit": 1})),
+                           "hit": 1, **lists})),
             "o": Out(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "won": 1})),
             "i_payload": In(items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
             "active": Out(1),
@@ -87,14 +95,19 @@ class RayMemory(wiring.Component):
         m = Module()
         formats, icu = self._formats, self._config.icu
         row = StructLayout({"complement": formats.patch, "inverse": formats.inverse, "generation": icu.generation_bits})
-        operand = StructLayout({"row": row, "hit": 1, "clear": 1})
+        operand = StructLayout({"row": row, "hit": 1, "clear": 1, **({"settles": 1} if self._shadow else {})})
 
         def change(_, old, operand):
             """The row after an update: of the larger key, as one integer."""
             new_key = Cat(operand.row.complement, operand.row.inverse)
             old_key = Cat(old.complement, old.inverse)
-            nearer = (old.generation != operand.row.generation) | (new_key > old_key)
-            return operand.row, operand.clear | (operand.hit & nearer)
+            is_new, is_larger = old.generation != operand.row.generation, new_key > old_key
+            if not self._shadow:
+                return operand.row, operand.clear | (operand.hit & (is_new | is_larger))
+            nearer = Mux(is_new, ~operand.settles, is_larger)
+            settled = operand.row.inverse | operand.settles.replicate(len(operand.row.inverse))
+            return Cat(operand.row.complement, settled, operand.row.generation), \
+                operand.clear | (operand.hit & nearer)
 
         # Each outstanding read has an entry of the queue reserved: none is free when the highest bit
         # of their number is 1.
@@ -145,6 +158,7 @@ class RayMemory(wiring.Component):
                 given.tag.update.eq(self.i.payload.tag), given.tag.updates.eq(updates), given.tag.reads.eq(reads)]
             m.d.comb += [rows.i.valid.eq(is_given), rows.i.payload.eq(given)]
 
+            is_shadow = self._add_shadow(m, bank, given, mine) if self._shadow else Const(0)
             made = rows.o.payload
             with m.If(rows.o.valid & made.tag.updates):
                 m.d.comb += [self.o.valid.eq(1), self.o.payload.tag.eq(made.tag.update),
@@ -154,16 +168,31 @@ class RayMemory(wiring.Component):
             hit = Signal.like(found.i.payload, reset_less=True)
             m.d.sync += [
                 answers.eq(rows.o.valid & made.tag.reads),
-                some.eq((made.old.generation == generations.generation) & (made.old.inverse != 0)),
+                some.eq((made.old.generation == generations.generation)
+                        & Mux(is_shadow, made.old.inverse.all(), made.old.inverse.any())),
                 hit.inverse.eq(made.old.inverse), hit.patch.eq(~made.old.complement)]
             if icu.uv_bits:
                 uv = self._add_payload(m, bank, won)
-                m.d.sync += [hit.u.eq(uv.u), hit.v.eq(uv.v)]
+                m.d.sync += [hit.u.eq(Mux(is_shadow, 0, uv.u)), hit.v.eq(Mux(is_shadow, 0, uv.v))]
             with m.If(answers):
                 m.d.comb += found.i.valid.eq(1)
                 with m.If(some):
                     m.d.comb += found.i.payload.eq(hit)
         return m
+
+    def _add_shadow(self, m, bank, given, begins):
+        """What updates are in a bank of a shadow frustum; whether it is one."""
+        is_shadow, update = Signal(name=f"is_shadow_{bank}"), self.i.payload
+        with m.If(begins & self.i_start.valid & self.i_start.ready):
+            m.d.sync += is_shadow.eq(self.is_shadow)
+        updates = self.i.valid & (self.active == bank)
+        m.d.sync += given.operand.settles.eq(updates & is_shadow & ~update.lists)
+        with m.If(updates):
+            m.d.sync += given.operand.clear.eq(update.lists)
+            # Of the smallest id: a hit as near as the end is not larger.
+            with m.If(is_shadow):
+                m.d.sync += given.operand.row.complement.eq(~Const(0, len(update.patch)))
+        return is_shadow
 
     def _add_payload(self, m, bank, won):
         """A bank's memory of (u, v); those of the read whose row is at its output."""

@@ -1,6 +1,6 @@
 """Settle map: a conservative floor of each ray's best inverse distance, a tile of rays to a word."""
 
-from amaranth.hdl import Cat, Module, Mux, Signal
+from amaranth.hdl import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
@@ -41,6 +41,9 @@ class SettleMap(wiring.Component):
         next three cycles: the last rows of a sweep are still being written.
     tiles : In(range(tiles + 1))
         The tiles of the frustum that begins are below it. Initially all. Stable while ``i_start`` is valid.
+    settled : In(1)
+        Rays without a code have the largest one, in place of 0. It changes with ``i_start`` alone. Only with
+        ``shadow_bits``.
     i : In, stream of ``ray``, ``inverse``, always ready
         A ray and its best inverse distance.
     i_walk : In, stream of ``tag``, ``tile``, always ready
@@ -71,6 +74,7 @@ class SettleMap(wiring.Component):
 
         super().__init__({
             "i_start": In(stream.Signature(0)), "tiles": In(range(tiles + 1), init=tiles),
+            **({"settled": In(1)} if config.icu.shadow_bits else {}),
             "i": In(items({"ray": formats.ray, "inverse": formats.inverse})),
             "i_walk": In(items({"tag": tag, "tile": formats.tile})),
             "o_walk": Out(items({"tag": tag, "word": formats.settle_word})),
@@ -108,11 +112,13 @@ class SettleMap(wiring.Component):
             given.tag.code.eq(Mux(code < 0, 0, Mux(code > icu.settle.high, icu.settle.high, code)))]
         m.d.comb += [tags.i.valid.eq(written), tags.i.payload.eq(given)]
 
+        # The code of a ray without one.
+        absent = self.settled.replicate(icu.settle_bits) if icu.shadow_bits else Const(0)
         made = tags.o.payload
         word, lanes_written = Signal(formats.settle_word), Signal(lanes)
         for lane in range(lanes):
             mine = made.tag.lane == lane
-            m.d.comb += [word[lane].eq(Mux(mine, made.tag.code, 0)),
+            m.d.comb += [word[lane].eq(Mux(mine, made.tag.code, absent)),
                          lanes_written[lane].eq(tags.o.valid & (mine | made.written))]
 
         def reader(name):
@@ -129,6 +135,9 @@ class SettleMap(wiring.Component):
         # A cycle after the write, when what was read beside it arrives.
         were_written = Signal.like(lanes_written)
         m.d.sync += were_written.eq(lanes_written)
+        if icu.shadow_bits:
+            was_written = Signal()
+            m.d.sync += was_written.eq(tags.o.valid)
 
         def meets_write(tile):
             return tile == made.address
@@ -137,21 +146,32 @@ class SettleMap(wiring.Component):
         def is_current(tag, met_write):
             return (tag == generations.generation).replicate(lanes) & ~(were_written & met_write.replicate(lanes))
 
-        def current_codes(codes, current):
-            return Cat(Mux(current[lane], codes[lane], 0) for lane in range(lanes))
+        # Of a word that is written first all rays are being written.
+        def is_absent(tag, met_write):
+            return self.settled & (tag != generations.generation) & ~(was_written & met_write)
+
+        def current_codes(codes, current, is_absent):
+            return Cat(Mux(current[lane], codes[lane], is_absent.replicate(icu.settle_bits)) for lane in range(lanes))
 
         ports = reader("walk")
         pipeline = Pipeline(self.i_walk, self.o_walk)
         tile = pipeline.input(self.i_walk.payload.tile)
         codes, tag = (pipeline.read(port, tile) for port in ports)
-        current = pipeline.register(is_current, tag, pipeline.register(meets_write, tile))
-        pipeline.output(self.o_walk.payload.word, pipeline.register(current_codes, pipeline.delay(codes, 1), current))
+        meets = pipeline.register(meets_write, tile)
+        current = pipeline.register(is_current, tag, meets)
+        gone = pipeline.register(is_absent, tag, meets) if icu.shadow_bits else pipeline.constant(Const(0))
+        pipeline.output(self.o_walk.payload.word,
+                        pipeline.register(current_codes, pipeline.delay(codes, 1), current, gone))
         pipeline.output(self.o_walk.payload.tag, pipeline.input(self.i_walk.payload.tag))
         pipeline.add_to(m)
 
-        ports = reader("survival")
+        self._add_survival(m, reader("survival"), meets_write, is_current, is_absent, current_codes)
+        return m
+
+    def _add_survival(self, m, ports, meets_write, is_current, is_absent, current_codes):
+        """The reads of cell traversal from the ports of a copy, given what `elaborate` makes of a word and a tag."""
         capacity = 8
-        m.submodules.queue = queue = Queue(formats.settle_word, depth=capacity)
+        m.submodules.queue = queue = Queue(self._formats.settle_word, depth=capacity)
         wiring.connect(m, queue.o, wiring.flipped(self.o_read))
         outstanding, accepts, ages = Signal(range(capacity + 1)), Signal(), Signal(3)
         m.d.comb += [self.i_read.ready.eq(outstanding != capacity), accepts.eq(self.i_read.valid & self.i_read.ready)]
@@ -162,9 +182,11 @@ class SettleMap(wiring.Component):
         m.d.sync += [outstanding.eq(outstanding + accepts - returns),
                      ages.eq((ages << 1) | accepts)]
         m.d.comb += [(port.addr.eq(self.i_read.payload), port.en.eq(1)) for port in ports]
-        read, found = (Signal(formats.settle_word, name=name, reset_less=True) for name in ("read", "found"))
-        is_hit, current = Signal(reset_less=True), Signal(lanes, reset_less=True)
+        read, found = (Signal(self._formats.settle_word, name=name, reset_less=True) for name in ("read", "found"))
+        is_hit, current = Signal(reset_less=True), Signal(1 << 2 * self._config.icu.tile_bits, reset_less=True)
+        gone = Signal(reset_less=True) if self._config.icu.shadow_bits else Const(0)
         m.d.sync += [read.eq(ports[0].data), is_hit.eq(meets_write(self.i_read.payload)),
-                     current.eq(is_current(ports[1].data, is_hit)), found.eq(current_codes(read, current))]
+                     current.eq(is_current(ports[1].data, is_hit)), found.eq(current_codes(read, current, gone))]
+        if self._config.icu.shadow_bits:
+            m.d.sync += gone.eq(is_absent(ports[1].data, is_hit))
         m.d.comb += [queue.i.valid.eq(ages[-1]), queue.i.payload.eq(found)]
-        return m

@@ -26,8 +26,8 @@ def descriptor(config: Config, draw: random.Random, **fields: int) -> np.void:
              "context": 0, "cluster": ANY_CLUSTER, "hits": 64 * draw.randrange(1000),
              "sums_address": 64 * draw.randrange(1000), "first_column": 0, "end_column": columns, "first_row": 0,
              "end_row": rows, "near_cells": 8 * draw.randrange(4000), "near_count": draw.randrange(7),
-             "last_shell": draw.randrange(1, 1 << config.ctu.shell_bits), "reserved": 0, "bundle": draw.randrange(2),
-             "columns": columns, "rows": rows}
+             "last_shell": draw.randrange(1, 1 << config.ctu.shell_bits), "ray_count": 0, "reserved": 0,
+             "bundle": draw.randrange(2), "columns": columns, "rows": rows}
     return changed(one[0], **{**known, **fields})
 
 
@@ -45,8 +45,8 @@ def words_of(one: np.void) -> list[int]:
 
 
 def near_words(one: np.void, config: Config) -> int:
-    """How many words of near cells are read."""
+    """How many words of near cells and of listed rays are read."""
     count, address = int(one["near_count"]), int(one["near_cells"])
     good = (one["kind"] == Kind.FRUSTUM and count <= 1 << config.ctu.near_cell_bits and address % NEAR_ALIGNMENT == 0
-            and address < 1 << config.memory.address_bits)
-    return -(-count // 2) if good else 0
+            and address < 1 << config.memory.address_bits and one["ray_count"] <= config.icu.listed_rays)
+    return -(-count // 2) + int(one["ray_count"]) if good else 0

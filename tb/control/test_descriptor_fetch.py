@@ -105,6 +105,15 @@ def test_numbers_of_near_cells(fetch, count):
     assert found["o"] == fetch.expected(ones)
 
 
+@pytest.mark.parametrize(("cells", "rays"), [(0, 1), (5, 3), (6, 32), (5, 33), (513, 3)])
+def test_listed_rays_follow_near_cells(cells, rays):
+    """The most that a cluster stores, and one more; one word more than near cells alone may need."""
+    fetch, draw = Fetch(64, **{"icu.shadow_bits": 5}), random.Random(rays)
+    ones = [descriptor(fetch.config, draw, near_count=cells, ray_count=rays), descriptor(fetch.config, draw)]
+    assert near_words(ones[0], fetch.config) == (0 if rays > 32 or cells > 512 else -(-cells // 2) + rays)
+    assert fetch.run(ones, stalls=[30])["o"] == fetch.expected(ones)
+
+
 @pytest.mark.parametrize("fields", [
     {"kind": 1}, {"kind": 9}, {"near_cells": 4}, {"near_cells": 1 << 40}, {"near_cells": (1 << 64) - 8},
     {"near_count": (1 << 32) - 1}, {"near_count": 1 << 31}])

@@ -8,18 +8,18 @@ from golden.engine.config import PRESETS
 from hw.control.frustum_slot import FrustumSlot
 from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX
 from hw.lib.payload import pack, unpack
-from tb.control.job_descriptors import descriptor, near_words, words_of
+from tb.control.job_descriptors import changed, descriptor, near_words, words_of
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"]
 CELLS = 1 << 24
 
 
-def items(one, cells=(), *, void=False):
-    """The words of a section."""
-    near = near_words(one, CONFIG)
+def items(one, cells=(), *, rays=(), void=False):
+    """The words of a section; ``rays`` are words already."""
+    near = near_words(changed(one, ray_count=0), CONFIG)
     cells = [*cells, *[0] * (2 * near - len(cells))]
-    words = [*words_of(one), *(cells[2 * k] | cells[2 * k + 1] << 32 for k in range(near))]
+    words = [*words_of(one), *(cells[2 * k] | cells[2 * k + 1] << 32 for k in range(near)), *rays]
     return [{"cluster": 0, "index": min(k, NEAR_INDEX), "data": word, "last": int(k == len(words) - 1),
              "void": int(void and k == len(words) - 1)} for k, word in enumerate(words)]
 
@@ -31,8 +31,8 @@ class Slot:
     -------
     requests
         Cycles in which one more section was requested.
-    near
-        Near cells that left.
+    near, rays
+        Near cells and listed rays that left.
     sections
         Sections that were taken, each with the cycle in which it was offered first.
     """
@@ -43,9 +43,10 @@ class Slot:
     def run(self, words, *, free=lambda cycle: True, takes=lambda cycle: True, begin=3, gap=0, cycles=300):
         """Words from a cycle on, ``gap`` cycles between two."""
         dut, self.requests, self.near, self.sections, self.last = self._dut, [], [], [], []
-        words = list(words)
+        words, self.rays = list(words), []
         ports = [Value.cast(one) for one in (dut.requests, dut.o.valid, dut.o.payload, dut.o_near.valid,
                                              dut.o_near.payload)]
+        lists = getattr(dut, "o_ray", None)
 
         async def drive(ctx):
             since = None
@@ -59,6 +60,8 @@ class Slot:
                 full = ctx.get(dut.o.valid)
                 ctx.set(dut.free, int(free(cycle) and not full))
                 ctx.set(dut.o.ready, int(takes(cycle)))
+                if lists is not None and ctx.get(lists.valid):
+                    self.rays.append(unpack(lists.payload.shape(), ctx.get(Value.cast(lists.payload))))
                 requests, valid, section, near, cells = (await ctx.tick().sample(*ports))[2:]
                 if requests:
                     self.requests.append(cycle)
@@ -101,6 +104,23 @@ def test_sections_one_after_the_other(gap):
     pairs = [(bank % 2, address, near[2 * address] | [*near, 0][2 * address + 1] << 24)
              for bank, near in enumerate(cells) for address in range(-(-len(near) // 2))]
     assert [(one["bank"], one["address"], one["cells"]) for one in slot.near] == pairs
+
+
+def test_listed_rays_follow_the_near_cells():
+    """Of shadow frusta with and without near cells; none of a screen, whose list is empty again."""
+    config, draw = CONFIG.replace({"icu.shadow_bits": 4}), random.Random(5)
+    x, y, end = 17, 17, 24
+    ones = [descriptor(config, draw, near_count=cells, ray_count=rays, bundle=bundle)
+            for cells, rays, bundle in ((3, 16, 2), (0, 2, 2), (4, 0, 1))]
+    rays = [[tuple(draw.randrange(1 << bits) for bits in (x, y, end)) for _ in range(int(one["ray_count"]))]
+            for one in ones]
+    slot = Slot(config).run([item for one, listed in zip(ones, rays, strict=True) for item in items(
+        one, rays=[one_x | one_y << 20 | one_end << 40 for one_x, one_y, one_end in listed])], cycles=200)
+    assert [(one["address"], *one["entry"].values()) for one in slot.rays] == [
+        (address, *ray) for listed in rays for address, ray in enumerate(listed)]
+    assert [(bank["bank"], bank["address"]) for bank in slot.near] == [(0, 0), (0, 1), (0, 0), (0, 1)]
+    assert [(section["rays"], section["numbers"]["is_screen"], section["numbers"]["is_shadow"])
+            for _, section in slot.sections] == [(16, 1, 1), (2, 1, 1), (0, 1, 0)]
 
 
 def test_a_section_waits_until_it_is_taken_and_stays():

@@ -20,6 +20,8 @@ CONFIG = PRESETS["tiny"].replace({"noc.columns": CLUSTERS, "noc.rows": 1})
 SIDE = 1 << CONFIG.icu.side_bits
 # Numbers that do not fit all formats of results.
 WIDE = CONFIG.replace({"icu.uv_bits": 9, "icu.patch_bits": 23})
+# With shadow frusta.
+SHADOW = CONFIG.replace({"icu.shadow_bits": 4})
 
 
 class Dispatch:
@@ -136,15 +138,15 @@ def outcomes(found):
     return reported
 
 
-def check(ones, found, *, loaded=True, last_shell=63):
+def check(ones, found, *, loaded=True, last_shell=63, config=CONFIG):
     """Each descriptor is sent, refused or loaded as golden's rules say."""
     reported = outcomes(found)
     assert len(reported) == len(ones)
     for number, (one, (event, value, words)) in enumerate(zip(ones, reported, strict=True)):
-        refusal = check_descriptor(one, CONFIG)
+        refusal = check_descriptor(one, config)
         assert value["tag"] == one["tag"]
         if words:
-            expected = [*words_of(one), *(1000 * number + k for k in range(near_words(one, CONFIG)))]
+            expected = [*words_of(one), *(1000 * number + k for k in range(near_words(one, config)))]
             assert [word["data"] for word in words] == expected
             assert [word["index"] for word in words] == [min(k, NEAR_INDEX) for k in range(len(expected))]
             assert [word["last"] for word in words] == [0] * (len(words) - 1) + [1]
@@ -180,8 +182,8 @@ LIMITS = [
         0, 32, 63, 64, (1 << 40) - 64, 1 << 40, (1 << 64) - 64)),
     *({"near_cells": value} for value in (4, 8, (1 << 40) - 8, 1 << 40)),
     *({"near_count": value} for value in (0, 1, 2, (1 << 9) - 1, 1 << 9, (1 << 9) + 1, 1 << 31)),
-    *({"last_shell": value} for value in (0, 1, 63, 64, 1 << 31)), *({"reserved": value} for value in (1, 1 << 63)),
-    *({"bundle": value} for value in (0, 1, 2, 1 << 31)),
+    *({"last_shell": value} for value in (0, 1, 63, 64, 1 << 31)), *({"reserved": value} for value in (1, 1 << 31)),
+    *({"ray_count": value} for value in (1, 1 << 31)), *({"bundle": value} for value in (0, 1, 2, 1 << 31)),
     *({"columns": value, "end_column": 1} for value in (SIDE, SIDE + 1, 1 << 31)),
     *({"rows": value, "end_row": 1} for value in (SIDE, SIDE + 1)),
     *({**WHOLE, "end_column": end, "columns": 12, "end_row": 1} for end in (0, 1, 12, 13)),
@@ -216,7 +218,21 @@ def test_every_rule_at_its_limit(dispatch):
         refusal = check_descriptor(one, CONFIG)
         broken |= {refusal and refusal.reason}
     broken |= {check_descriptor(one, WIDE).reason for one in results(draw) if check_descriptor(one, WIDE)}
+    broken |= {check_descriptor(one, SHADOW).reason for one in lists(draw) if check_descriptor(one, SHADOW)}
     assert broken == {None, *(rule.about for rule in RULES)}
+
+
+def lists(draw):
+    """A descriptor at each limit of lists of rays."""
+    return [changed(descriptor(SHADOW, draw), **change) for change in (
+        *({"bundle": value} for value in (1, 2, 3)),
+        *({"bundle": 2, "ray_count": value} for value in (1, 16, 17, 1 << 31)),
+        {"bundle": 0, "ray_count": 1}, {"bundle": 1, "ray_count": 16}, {"bundle": 2, "near_count": 0, "ray_count": 3})]
+
+
+def test_lists_of_rays_at_their_limits():
+    ones = lists(random.Random(6))
+    check(ones, Dispatch(SHADOW).run(ones, cycles=3000), config=SHADOW)
 
 
 def results(draw):

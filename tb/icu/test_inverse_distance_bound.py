@@ -6,11 +6,18 @@ import pytest
 
 from golden.engine.icu.settle_code import settle_threshold
 from golden.engine.stimulus import block
-from golden.engine.stimulus.frusta import SOURCE, frustum_arrays, frustum_record, random_hemisphere, random_screen
+from golden.engine.stimulus.frusta import (
+    SOURCE,
+    frustum_arrays,
+    frustum_record,
+    random_hemisphere,
+    random_screen,
+    random_shadow,
+)
 from golden.engine.stimulus.patches import scene_patches
 from hw.icu.inverse_distance_bound import InverseDistanceBound
 from radiosity.flow.package.example.frustum_load import table_writes
-from tb.icu.vectors import LIMITS, assert_all_occur, factor_of, frustum_of, largest, slot_of, window_of
+from tb.icu.vectors import LIMITS, SHADOWS, assert_all_occur, factor_of, frustum_of, largest, slot_of, window_of
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of
 
@@ -45,7 +52,9 @@ class TestInverseDistanceBound(Bench):
     cases = {frustum.__name__: partial(vectors, frustum) for frustum in FRUSTA} | {
         f"largest {frustum.__name__}": Case(
             lambda config, frustum=frustum: vectors(frustum, config, size=largest(config)), LIMITS, simulated=False)
-        for frustum in FRUSTA}
+        for frustum in FRUSTA} | {
+        f"{frustum.__name__} beside shadows": Case(partial(vectors, frustum), SHADOWS, simulated=False)
+        for frustum in (*FRUSTA, random_shadow)}
 
 
 @pytest.mark.parametrize("frustum", FRUSTA)

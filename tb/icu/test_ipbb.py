@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from golden.engine.icu.ipbb import ImagePlaneWindows
-from golden.engine.stimulus.frusta import frustum_record, random_screen
+from golden.engine.stimulus.frusta import frustum_record, random_screen, random_shadow
 from hw.icu.ipbb import Ipbb
 from tb.icu.vectors import (
     LIMITS,
+    SHADOWS,
     assert_all_occur,
     frustum_of,
     largest,
@@ -25,6 +26,11 @@ COUNT = 300
 
 def small_frustum(config):
     return seen_through(random_screen(np.random.default_rng(6), config), "icu.ipbb", count=COUNT, seed=6, config=config)
+
+
+def shadow_frustum(config):
+    record = random_shadow(np.random.default_rng(8), config, bits=6)
+    return seen_through(record, "icu.ipbb", count=COUNT, seed=8, config=config)
 
 
 def largest_frustum(config):
@@ -48,6 +54,8 @@ def vectors(draw, config):
 class TestIpbb(Bench):
     component = Ipbb
     cases = {"small frustum": Case(partial(vectors, small_frustum), [*CONFIGURATIONS.values(), {"icu.side_bits": 16}]),
+             "small frustum beside shadows": Case(partial(vectors, small_frustum), SHADOWS, simulated=False),
+             "shadow frustum": Case(partial(vectors, shadow_frustum), SHADOWS, simulated=False),
              # Only the finest grid has many entries at the very border of a window.
              "largest frustum": Case(partial(vectors, largest_frustum), [*LIMITS, {"icu.side_bits": 16}])}
 

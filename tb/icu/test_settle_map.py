@@ -169,3 +169,21 @@ def test_rows_are_swept_beside_writes():
     assert bench.cycles["i_start"][0] < bench.cycles["i"][0]
     assert bench.cycles["i"][-1] < tiles(config)
     assert word == settle_code(np.array(inverse), config).tolist()
+
+
+def test_rays_that_are_not_listed_are_settled():
+    """Of every second frustum all that was not written has the largest code, beside written rays too; nothing else."""
+    config = small({"icu.shadow_bits": 6})
+    first, lost = scale(config)
+    bench = ScheduleBench(SettleMap(config=config, tag=1), ["i_start", "i", "i_walk", "i_read"], ["o_walk", "o_read"],
+                          idle_limit=40, watched=())
+    high, code = config.icu.settle.high, 5
+    writes = [(20, {"ray": ray, "inverse": first + (code << lost)}) for ray in (3, 17)]
+    reads = [(60 if tile == 0 else 0, tile) for tile in range(3)]
+    for settled in (1, 0):
+        came = bench.run(Schedule(items={
+            "i_start": [(0, 0)], "i": writes, "i_read": reads,
+            "i_walk": [(idle, {"tag": 0, "tile": tile}) for idle, tile in reads]}), settled=settled)
+        rest = high * settled
+        expected = [[code if 16 * tile + lane in (3, 17) else rest for lane in range(16)] for tile in range(3)]
+        assert came["o_read"] == [one["word"] for one in came["o_walk"]] == expected

@@ -13,6 +13,7 @@ from tb.lib.coverage import Coverage
 
 __all__ = [
     "LIMITS",
+    "SHADOWS",
     "WINDOW",
     "assert_all_occur",
     "factor_of",
@@ -30,6 +31,8 @@ __all__ = [
 # Configurations whose indices a frustum can fill.
 LIMITS = [*CONFIGURATIONS.values(), {"icu.side_bits": 6}]
 WINDOW = ("column_first", "column_count", "row_first", "row_count")
+# Those that cast shadow frusta too.
+SHADOWS = [{**widths, "icu.shadow_bits": 8} for widths in CONFIGURATIONS.values()]
 # No bench of these blocks has another number of slots.
 SLOTS = config_of({}).icu.slots
 

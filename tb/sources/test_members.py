@@ -84,8 +84,8 @@ def made():
         original(self, *arguments, **given)
         found.setdefault(type(self), []).append(dict(self.signature.members.items()))
 
-    # With patch stores and subshell lists, which no preset has together.
-    config = PRESETS["small"].replace({"ctu.subshell_bits": 10, "ctu.subshell_barrier": 1})
+    # With patch stores, subshell lists and shadow frusta, which no preset has together.
+    config = PRESETS["small"].replace({"ctu.subshell_bits": 10, "ctu.subshell_barrier": 1, "icu.shadow_bits": 8})
     with mock.patch.object(wiring.Component, "__init__", note):
         # Exported routers have their node as an input, and so have their queues.
         structures([*makers(config), lambda: TOPS["router"].make(config),

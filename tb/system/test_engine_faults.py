@@ -45,8 +45,8 @@ MALFORMED = (
     ("version", 2), ("kind", 2), ("hit_format", 4), ("sums", 2), ("context", 1), ("cluster", 2), ("cluster", 0xFFFE),
     ("hits", 8), ("hits", 1 << 44), ("sums_address", 16), ("sums_address", 1 << 63), ("end_column", 0), ("end_row", 0),
     ("first_column", 32), ("end_column", 33), ("end_row", 17), ("near_cells", 4), ("near_cells", 1 << 44),
-    ("near_count", 33), ("last_shell", 0), ("last_shell", 16), ("reserved", 1), ("bundle", 2),
-    ("columns", 65), ("rows", 65))
+    ("near_count", 33), ("last_shell", 0), ("last_shell", 16), ("reserved", 1), ("ray_count", 1),
+    ("bundle", 2), ("columns", 65), ("rows", 65))
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)

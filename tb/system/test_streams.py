@@ -22,8 +22,8 @@ GIVEN = {"config": CONFIG, "tag": unsigned(4), "shape": unsigned(7)}
 LARGE = {"MemorySystem", "IntersectionUnit", "TraversalUnit", "CellTraversal", "RayTraversal", "SubshellGenerator",
          "CtRayGenerator", "PatchNetwork", "SystemBusInterface", "PatchSetup", "SphericalCoordinates", "Sbb",
          "SubshellWindows", "UvSubdivision", "UvAlignment", "TraversalStart", "PlaneFactor"}
-# Of certain structures only; without a clock.
-OTHERS = {"GroupSplit", "TableLoad"}
+# Of certain structures or configurations only; without a clock.
+OTHERS = {"GroupSplit", "RayList", "TableLoad"}
 # Probabilities of an offer and of readiness, and cycles.
 FAST, SLOW = (1, 1, 80), ((0.5, 0.5, 200), (0.9, 0.3, 200))
 

@@ -12,7 +12,10 @@ from golden.engine.config.memsys import Memsys
 from golden.engine.config.noc import Noc
 from golden.engine.config.numbers import Numbers
 
-__all__ = ["Config"]
+__all__ = ["END_BITS", "Config"]
+
+END_BITS = 24
+"""Most bits of a stored inverse distance in a list of rays."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +39,9 @@ class Config:
         if self.icu.settle_fraction > self.numbers.fraction_bits:
             raise InputError("configuration: Settle fraction (icu.settle_fraction) must be at most "
                              f"numbers.fraction_bits ({self.numbers.fraction_bits}), not {self.icu.settle_fraction!r}")
+        if self.icu.shadow_bits and self.numbers.inverse.width > END_BITS:
+            raise InputError(f"configuration: Stored inverse distances must have at most {END_BITS} bits in a list of "
+                             f"rays (icu.shadow_bits), not {self.numbers.inverse.width}")
 
     def parameters(self) -> dict[str, object]:
         """All parameters by path, for example ``icu.rays``."""

@@ -43,6 +43,9 @@ class Icu:
         Bits of u and of v; 0 to 12. With 0 the hardware does not compute them.
     uv_guard
         Guard bits of the subdivision, beside the 2 x ``uv_bits`` that its halvings consume; 0 to 12.
+    shadow_bits
+        A shadow frustum has a list of at most 2^b rays; 0 to 14. With 0 the machine casts none, and has nothing for
+        them.
     settle_bits, settle_fraction
         Bits of a settle code, 4 to 12, and fraction bits among them, 1 to ``settle_bits`` - 2.
     """
@@ -61,6 +64,7 @@ class Icu:
     sagitta_span_bits: int = 6
     uv_bits: int = 8
     uv_guard: int = 8
+    shadow_bits: int = 0
     settle_bits: int = 8
     settle_fraction: int = 5
 
@@ -71,7 +75,7 @@ class Icu:
                                 ("generation_bits", 1, 16), ("product_registers", 1, 3),
                                 ("angle_bits", 18, 24), ("cordic_stages", 8, 20), ("cordic_guard", 0, 8),
                                 ("sagitta_polar_bits", 3, 8), ("sagitta_span_bits", 3, 8), ("uv_bits", 0, 12),
-                                ("uv_guard", 0, 12), ("settle_bits", 4, 12),
+                                ("uv_guard", 0, 12), ("shadow_bits", 0, 14), ("settle_bits", 4, 12),
                                 ("settle_fraction", 1, self.settle_bits - 2)):
             check_range("icu", name, getattr(self, name), low, high)
 
@@ -84,6 +88,11 @@ class Icu:
     def slot_bits(self) -> int:
         """Bits of a slot's number."""
         return self.slots.bit_length() - 1
+
+    @property
+    def listed_rays(self) -> int:
+        """Most rays of a shadow frustum's list."""
+        return 1 << self.shadow_bits if self.shadow_bits else 0
 
     @property
     def uv(self) -> Format:

@@ -10,3 +10,4 @@ class Bundle(IntEnum):
 
     HEMISPHERE = 0
     SCREEN = 1
+    SHADOW = 2

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.frustum.record import FrustumRecord, screen_slope_scale
 from golden.engine.scene.g_coordinates import GCoordinates
 
@@ -28,6 +29,11 @@ class ShadowRecord(FrustumRecord):
 
     offset: np.ndarray
     end: np.ndarray
+
+    @property
+    def bundle(self) -> Bundle:
+        """See `FrustumRecord.bundle`."""
+        return Bundle.SHADOW
 
     @property
     def spread(self) -> int:

@@ -13,13 +13,14 @@ from golden.engine.ctu.sector import Sector
 from golden.engine.ctu.unit import CellTraversalUnit
 from golden.engine.frustum import FrustumRecord
 from golden.engine.frustum.bundle import Bundle
+from golden.engine.frustum.ray_list import RAY_WORD, pack_rays
 from golden.engine.jobs.result_formats import HitFormat, exceeding
 from golden.engine.memory_map.layout import ALIGNMENT, FRUSTUM_FIELDS, Field, Region
 from golden.engine.memory_map.records import frustum_fields, make_records
 from golden.engine.memsys.patches.cell_table import CellTable
 
 __all__ = ["ANY_CLUSTER", "DESCRIPTOR", "NEAR_ALIGNMENT", "RULES", "VERSION", "Kind", "Refusal", "Rule",
-           "check_descriptor", "frustum_descriptor", "load_descriptor", "parse_descriptors", "section_of",
+           "check_descriptor", "frustum_descriptor", "load_descriptor", "near_bytes", "parse_descriptors", "section_of",
            "section_tiles"]
 
 VERSION = 1
@@ -58,7 +59,9 @@ DESCRIPTOR = Region("descriptor", "job", "entry of the ring", "A section of a fr
     Field("near_cells", "u8", f"address of the cells of shell 1, a u4 each; a multiple of {NEAR_ALIGNMENT}"),
     Field("near_count", "u4", "cells of shell 1"),
     Field("last_shell", "u4", "grid rays end with this shell; at least 1"),
-    Field("reserved", "u8", "0"),
+    Field("ray_count", "u4", "shadow frustum: rays of its list, a u8 each, which begins with the first multiple of 8 "
+          "bytes behind the cells of shell 1"),
+    Field("reserved", "u4", "0"),
     *FRUSTUM_FIELDS,
 ))
 
@@ -77,7 +80,7 @@ def frustum_descriptor(record: FrustumRecord, table: CellTable, *, section: Sect
     tag, hit_format, sums, cluster, hits, sums_address
         As the fields.
     near_cells_address
-        Where the cells of shell 1 are (`golden.engine.ctu.near_cells.near_cells`).
+        Where the cells of shell 1 are (`near_bytes`).
 
     Raises
     ------
@@ -89,7 +92,16 @@ def frustum_descriptor(record: FrustumRecord, table: CellTable, *, section: Sect
         "version": VERSION, "kind": Kind.FRUSTUM, "hit_format": hit_format, "sums": int(sums), "cluster": cluster,
         "tag": tag, "hits": hits, "sums_address": sums_address, **vars(section), "near_cells": near_cells_address,
         "near_count": len(near_cells(record, table, record.slopes)),
+        "ray_count": len(pack_rays(record)) if record.bundle == Bundle.SHADOW else 0,
         "last_shell": CellTraversalUnit(record, table).last_shell, **frustum_fields(record, table)})[0]
+
+
+def near_bytes(record: FrustumRecord, table: CellTable) -> bytes:
+    """What a descriptor's ``near_cells`` points to: the cells of shell 1, and behind them a shadow frustum's rays."""
+    cells = near_cells(record, table, record.slopes).astype("<u4").tobytes()
+    if record.bundle != Bundle.SHADOW:
+        return cells
+    return cells + bytes(-len(cells) % RAY_WORD.itemsize) + pack_rays(record).tobytes()
 
 
 def load_descriptor(image: int, regions: int, *, tag: int = 0, copies: bool = False) -> np.void:
@@ -234,8 +246,13 @@ RULES = (
          lambda one, config: one["near_count"] <= 1 << config.ctu.near_cell_bits, _FRUSTUM),
     Rule("last_shell", "last_shell must be 1 to 2^ctu.shell_bits - 1",
          lambda one, config: 1 <= one["last_shell"] < 1 << config.ctu.shell_bits, _FRUSTUM),
+    Rule("ray_count", "ray_count must be at most 2^icu.shadow_bits, and 0 without shadow frusta",
+         lambda one, config: one["ray_count"] <= config.icu.listed_rays),
     Rule("reserved", "reserved must be 0", lambda one, config: one["reserved"] == 0),
-    Rule("bundle", "bundle must be 0 or 1", lambda one, config: one["bundle"] in tuple(Bundle), _FRUSTUM),
+    Rule("bundle", "bundle must be 0 or 1, or 2 with icu.shadow_bits",
+         lambda one, config: one["bundle"] <= (Bundle.SHADOW if config.icu.shadow_bits else Bundle.SCREEN), _FRUSTUM),
+    Rule("bundle", "bundle must be 2 where there is a list of rays",
+         lambda one, config: one["bundle"] == Bundle.SHADOW or not one["ray_count"], _FRUSTUM),
     Rule("columns", "columns must be at most 2^icu.side_bits", _small("columns"), _FRUSTUM),
     Rule("rows", "rows must be at most 2^icu.side_bits", _small("rows"), _FRUSTUM),
 )

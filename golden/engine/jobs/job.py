@@ -8,7 +8,6 @@ import numpy as np
 from golden.base.errors import InputError, check_int
 from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.config import Config
-from golden.engine.ctu.near_cells import near_cells
 from golden.engine.ctu.sector import Sector
 from golden.engine.frustum import FrustumRecord
 from golden.engine.jobs.capacities import check_capacities
@@ -19,6 +18,7 @@ from golden.engine.jobs.descriptor import (
     check_descriptor,
     frustum_descriptor,
     load_descriptor,
+    near_bytes,
 )
 from golden.engine.jobs.load_regions import region_bits
 from golden.engine.jobs.order import long_and_short, longest_first_at_the_end, proximity_order
@@ -94,7 +94,7 @@ class JobPhase:
     image, address
         The image of the phase, and its first byte.
     hits, near_cells
-        Of each frustum: addresses of its hits (0 without hits) and of its cells of shell 1.
+        Of each frustum: addresses of its hits (0 without hits) and of its `near_bytes`.
     """
 
     request: PhaseRequest
@@ -192,7 +192,7 @@ class Job:
             written[phase.address] = phase.image.to_bytes()
             table = phase.request.table
             for record, address in zip(phase.request.records, phase.near_cells, strict=True):
-                written[address] = near_cells(record, table, record.slopes).astype("<u4").tobytes()
+                written[address] = near_bytes(record, table)
         return written
 
     def numbers(self, phase: int, frustum: int) -> list[int]:
@@ -321,7 +321,7 @@ def _phase(request, config, memory):
     size = request.hit_format.bytes
     return JobPhase(
         request=request, image=image, address=memory.take(image.size),
-        near_cells=tuple(memory.take(4 * len(near_cells(record, table, record.slopes))) for record in request.records),
+        near_cells=tuple(memory.take(len(near_bytes(record, table))) for record in request.records),
         hits=tuple(memory.take(size * len(record)) if size else 0 for record in request.records))
 
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.engine.cast.fixed_hits import FixedHits
+from golden.engine.cast.fixed_hits import FixedHits, blocked_hits
 from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.cast.shelling import Shelling
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.icu.patch_sums import section_sums
 from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.descriptor import DESCRIPTOR, Kind, check_descriptor, section_of
@@ -145,7 +146,9 @@ class _Machine:
     def _frustum(self, phase, frustum):
         if (phase, frustum) not in self._hits:
             record = self._job.phases[phase].request.records[frustum]
-            self._hits[phase, frustum] = self._caster(phase, len(record)).cast(record)
+            caster, shadow = self._caster(phase, len(record)), record.bundle == Bundle.SHADOW
+            self._hits[phase, frustum] = blocked_hits(caster.blocked(record), self._job.config) if shadow \
+                else caster.cast(record)
         return self._hits[phase, frustum]
 
     def _caster(self, phase, rays):
@@ -166,3 +169,7 @@ class _Whole:
     def cast(self, record):
         """The hits."""
         return self._shelling.cast(record)[0]
+
+    def blocked(self, record):
+        """Whether each ray of a shadow frustum is blocked."""
+        return self._shelling.blocked(record)[0]

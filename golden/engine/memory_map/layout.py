@@ -72,7 +72,7 @@ ENTRY = Region("region table", "scene", "region, in the order of the sections be
 ))
 # The bundle of rays in a frustum's record, without what only the host needs. Matrix entries are signed 1.16.
 FRUSTUM_FIELDS = (
-    Field("bundle", "u4", "the kind of the rays, 0: hemisphere, 1: screen"),
+    Field("bundle", "u4", "the kind of the rays, 0: hemisphere, 1: screen, 2: shadow frustum"),
     Field("source", "i4", "surface that the rays leave, -1: none"),
     Field("columns", "u4", "azimuths or pixels across"),
     Field("rows", "u4", "polar angles or pixels down"),

@@ -6,17 +6,21 @@ from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
 from golden.engine.config import Config
 from golden.engine.frustum import FrustumRecord, hemisphere_record, screen_record
+from golden.engine.frustum.bundle import Bundle
+from golden.engine.frustum.shadow_record import ShadowRecord, position, shadow_record
 from golden.engine.lib.fixed import signed, unsigned
 from golden.engine.scene.g_coordinates import GCoordinates
 from golden.engine.stimulus.block import FLAG, Arrays, Field
 from golden.scene.camera import Camera
 
 __all__ = ["SOURCE", "frustum_arrays", "frustum_fields", "frustum_record", "random_frustum", "random_hemisphere",
-           "random_screen"]
+           "random_screen", "random_shadow"]
 
 # Surface on which a frustum's rays start.
 SOURCE = 3
 HEMISPHERE, SCREEN = (64, 16), (60, 45)
+# Of a shadow frustum alone.
+_LISTED = ["offset", "end"]
 _SIZES = ("columns", "rows", "column_bits", "row_bits", "source")
 
 
@@ -32,6 +36,18 @@ def random_screen(random: np.random.Generator, config: Config, size=SCREEN) -> F
     camera = Camera(eye=tuple(eye), target=tuple(eye + random.normal(size=3)), up=tuple(random.normal(size=3)),
                     fov=float(random.choice([20, 60, 100])))
     return screen_record(Screen(camera=camera, width=size[0], height=size[1]), _unit(config))
+
+
+def random_shadow(random: np.random.Generator, config: Config, bits: int = 4) -> ShadowRecord:
+    """A shadow frustum from a random point, with rays in most of its positions."""
+    axes, coordinates = np.linalg.qr(random.normal(size=(3, 3)))[0], _unit(config)
+    axes[0] *= np.linalg.det(axes)
+    one = 1 << config.numbers.direction_fraction
+    slopes = random.integers(-one, one, (2 << 2 * bits, 2))
+    _, first = np.unique(position(slopes, bits, config.numbers), return_index=True)
+    end = random.integers(1, config.numbers.inverse.high, len(first), endpoint=True)
+    return shadow_record(coordinates, coordinates.integers(random.uniform(0.3, 0.7, 3)), axes, bits,
+                         slopes=slopes[first], end=end, source=SOURCE)[0]
 
 
 def random_frustum(random: np.random.Generator, config: Config) -> FrustumRecord:
@@ -61,6 +77,7 @@ def frustum_fields(config: Config) -> list[Field]:
 def frustum_arrays(record: FrustumRecord) -> Arrays:
     """Arrays of a record."""
     names = [field.name.removeprefix("frustum_") for field in frustum_fields(Config())]
+    names += _LISTED if record.bundle == Bundle.SHADOW else []
     return {f"frustum_{name}": np.asarray(getattr(record, name), dtype=None if name == "half_angles" else np.int64)
             for name in names}
 
@@ -70,7 +87,7 @@ def frustum_record(given: Arrays, config: Config) -> FrustumRecord:
     part = {name.removeprefix("frustum_"): value for name, value in given.items() if name.startswith("frustum_")}
     part |= {name: int(part[name]) for name in (*_SIZES, "z_scale")}
     part |= {"is_screen": bool(part["is_screen"]), "half_angles": tuple(part["half_angles"].tolist())}
-    return FrustumRecord(numbers=config.numbers, **part)
+    return (ShadowRecord if _LISTED[0] in part else FrustumRecord)(numbers=config.numbers, **part)
 
 
 def _unit(config):

@@ -5,6 +5,7 @@ import numpy as np
 from golden.engine.config import Config
 from golden.engine.ctu.sector import Sector
 from golden.engine.frustum import FrustumRecord
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.icu.sbb import SphericalWindows
 from hw.icu.icu_formats import TableKind
 
@@ -19,10 +20,12 @@ def tiles(sector: Sector, config: Config) -> tuple[int, int]:
 
 def frustum_payload(record: FrustumRecord, sector: Sector, config: Config) -> dict:
     """The value of `Formats.frustum`."""
+    shadow = {"is_shadow": int(record.bundle == Bundle.SHADOW)} if config.icu.shadow_bits else {}
     return {
-        "is_screen": int(record.is_screen), "origin": record.origin.tolist(), "matrix": record.matrix.tolist(),
-        "columns": record.columns, "rows": record.rows, "column_bits": record.column_bits, "row_bits": record.row_bits,
-        "source": record.source, "longest_direction": 0 if record.is_screen else record.longest_direction,
+        "is_screen": int(record.is_screen), **shadow, "origin": record.origin.tolist(),
+        "matrix": record.matrix.tolist(), "columns": record.columns, "rows": record.rows,
+        "column_bits": record.column_bits, "row_bits": record.row_bits, "source": record.source,
+        "longest_direction": 0 if record.is_screen else record.longest_direction,
         "section": {name: getattr(sector, name) for name in ("first_column", "end_column", "first_row", "end_row")},
         "tiles_across": tiles(sector, config)[0]}
 

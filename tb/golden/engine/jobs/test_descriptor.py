@@ -60,9 +60,9 @@ def test_bytes_are_where_the_specification_says(scene, frustum):
     data = frustum.tobytes()
     assert len(data) == 192
     assert struct.unpack_from("<HBBBBHII", data) == (1, 0, 2, 1, 0, 3, 0xDEADBEEF, 0)
-    assert struct.unpack_from("<QQ4HQIIQ", data, 16) == (
+    assert struct.unpack_from("<QQ4HQ4I", data, 16) == (
         0x123456780, 0x40, 64, 128, 16, 32, 0x98, len(near_cells(record, table, record.slopes)),
-        CellTraversalUnit(record, table).last_shell, 0)
+        CellTraversalUnit(record, table).last_shell, 0, 0)
     assert struct.unpack_from("<Ii4I3I", data, 64) == (
         record.bundle, record.source, record.columns, record.rows, record.column_bits, record.row_bits,
         *record.origin)
@@ -126,7 +126,8 @@ LIMITS = [
     ("near_count", {"near_count": 513}, "DESCRIPTOR"),
     ("last_shell", {"last_shell": 0}, "DESCRIPTOR"), ("last_shell", {"last_shell": 1}, None),
     ("last_shell", {"last_shell": 63}, None), ("last_shell", {"last_shell": 64}, "DESCRIPTOR"),
-    ("reserved", {"reserved": 1 << 63}, "DESCRIPTOR"),
+    ("reserved", {"reserved": 1 << 31}, "DESCRIPTOR"),
+    ("ray_count", {"ray_count": 1}, "DESCRIPTOR"),
     ("bundle", {"bundle": 0}, None), ("bundle", {"bundle": 2}, "DESCRIPTOR"),
     *((name, {name: count}, code) for name in ("columns", "rows") for count, code in (
         (1 << CONFIG.icu.side_bits, None), ((1 << CONFIG.icu.side_bits) + 1, "DESCRIPTOR"))),
@@ -169,11 +170,25 @@ def test_every_rule_at_its_limit_and_beyond(frustum, field, change, code):
         assert (refusal.code, refusal.byte) == (code, DESCRIPTOR.dtype.fields[field][1])
 
 
+# Of a machine with shadow frusta.
+SHADOW = CONFIG.replace({"icu.shadow_bits": 4})
+
+
+@pytest.mark.parametrize(("field", "change", "code"), [
+    ("bundle", {"bundle": 2}, None), ("bundle", {"bundle": 3}, "DESCRIPTOR"),
+    ("ray_count", {"bundle": 2, "ray_count": 16}, None), ("ray_count", {"bundle": 2, "ray_count": 17}, "DESCRIPTOR"),
+    *(("bundle", {"bundle": bundle, "ray_count": 1}, "DESCRIPTOR") for bundle in (0, 1))], ids=str)
+def test_only_shadow_frusta_have_lists_of_rays(frustum, field, change, code):
+    refusal = check_descriptor(changed(frustum, **change), SHADOW)
+    assert (refusal and (refusal.code, refusal.byte)) == (code and (code, DESCRIPTOR.dtype.fields[field][1]))
+
+
 def test_every_rule_is_broken_above(frustum):
     broken = {check_descriptor(changed(frustum, **change), CONFIG).reason for _, change, code in LIMITS if code}
     broken.add(check_descriptor(changed(load_descriptor(64, 1), cluster=1), CONFIG).reason)
     broken |= {check_descriptor(changed(frustum, **change), WIDE).reason for change in (
         COMPACT, {"hit_format": HitFormat.NONE, "sums": 1})}
+    broken.add(check_descriptor(changed(frustum, bundle=0, ray_count=1), SHADOW).reason)
     assert broken == {rule.about for rule in RULES}
 
 
@@ -183,12 +198,12 @@ def test_rules_are_in_the_order_of_the_fields_and_the_first_one_decides(frustum)
     broken = changed(frustum, version=9, kind=9, reserved=1)
     assert check_descriptor(broken, CONFIG).byte == 0
     assert check_descriptor(changed(broken, version=1), CONFIG).byte == 2
-    assert check_descriptor(changed(broken, version=1, kind=0), CONFIG).byte == 56
+    assert check_descriptor(changed(broken, version=1, kind=0), CONFIG).byte == 60
 
 
 @pytest.mark.parametrize(("change", "byte"), [
     ({"hits": 32}, 16), ({"cluster": 4}, 6), ({"cluster": 1}, 6), ({"cluster": 0}, None), ({"context": 1}, 5),
-    ({"reserved": 1}, 56), ({"version": 0}, 0),
+    ({"reserved": 1}, 60), ({"ray_count": 1}, 56), ({"version": 0}, 0),
     ({"hit_format": 9, "sums": 9, "sums_address": 1, "near_count": 1 << 31, "near_cells": 1}, None)])
 def test_a_load_has_the_rules_of_its_own_fields(change, byte):
     refusal = check_descriptor(changed(load_descriptor(64, 1), **change), CONFIG)

@@ -1,0 +1,62 @@
+"""Shadow frusta on the exported engine: every byte of main memory is golden's."""
+
+from collections import defaultdict
+
+import numpy as np
+import pytest
+
+from golden.engine.cast.shadow_frusta import shadow_frusta
+from golden.engine.frustum.bundle import Bundle
+from golden.engine.frustum.ray_list import pack_rays
+from golden.engine.jobs.job import PhaseRequest, plan_job
+from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.jobs.run_job import run_job
+from golden.scene.open import open_scene
+from tb.golden.engine.cast.test_shadow_frusta import drawn_rays
+from tb.system.job_machine import BASE, CONFIGS, JobMachine
+from tb.system.scenes import geometry, phase
+
+CONFIG = CONFIGS[2].replace({"icu.shadow_bits": 7})
+CELL = 0.25
+
+
+def shadows(*, count, seed, **given):
+    """Phases of shadow frusta from points of the scene's light, one for each size of their grids."""
+    patches, table = geometry("cornell", CONFIG, CELL)
+    rays, _ = drawn_rays(open_scene("cornell"), count, seed, lights=2)
+    by_size = defaultdict(list)
+    for _, record, _ in shadow_frusta(rays, patches.coordinates):
+        by_size[record.columns].append(record)
+    return [PhaseRequest(geometry=patches, table=table, records=records, **given) for records in by_size.values()]
+
+
+@pytest.fixture(scope="module")
+def job():
+    """In grids of one section and of several, behind and before frusta that use all rays."""
+    common = {"cell": CELL, "rays": (32, 16)}
+    return plan_job([
+        phase("cornell", CONFIG, **common), *shadows(count=80, seed=1, hit_format=HitFormat.FULL),
+        phase("cornell", CONFIG, pixels=(30, 19), **common), *shadows(count=300, seed=2, hit_format=HitFormat.IDS),
+        phase("cornell", CONFIG, points=(1,), **common)], CONFIG, base=BASE)
+
+
+def test_brute_force_leaves_the_same_bytes(job):
+    """Some rays are blocked and some are not; larger grids take several sections that share a list."""
+    memory, listed, blocked = run_job(job).memory, 0, 0
+    assert run_job(job, brute_force=True).memory == memory
+    for number, one in enumerate(job.phases):
+        for frustum, record in enumerate(one.request.records):
+            if record.bundle == Bundle.SHADOW:
+                assert (len(job.numbers(number, frustum)) > 1) == (len(record) > CONFIG.icu.rays)
+                listed += len(pack_rays(record))
+                size = one.request.hit_format.bytes
+                first, end = one.hits[frustum], one.hits[frustum] + size * len(record)
+                blocked += sum(np.count_nonzero(np.frombuffer(data, "<i4")[size // 16::size // 4] == 0)
+                               for address, data in memory.items() if first <= address < end)
+    assert 0 < blocked < listed
+
+
+@pytest.mark.sim
+def test_shadow_frusta_between_other_kinds(job):
+    with JobMachine(job) as machine:
+        machine.right()
