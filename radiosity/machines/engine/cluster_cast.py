@@ -21,9 +21,10 @@ _CELL, _CLOSE, _LIST, _FILTER, _GEOMETRY, _FREE, _DONE = range(7)
 # cycles in which traversal has stalled, by which that clock is late.
 (_FRONT, _SHIFT, _STALLED, _PERMITTED, _STARTED, _CLOSED, _OVER, _CELL_PENDING, _CELLS_LEFT, _CELLS_TAKEN, _LISTING,
  _ENTRIES_LEFT, _LIST_END, _ENTRIES_TAKEN, _FILTERING, _FOUND, _READ, _READING, _OFFERED, _ENTERED, _SLOTS, _READY,
- _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _QUIET, _FREED, _SELF, _AVAILABLE, _OWN, _LAST) = range(32)
+ _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _QUIET, _FREED, _SELF, _AVAILABLE, _OWN, _LAST,
+ _PASSED, _UNLISTED) = range(34)
 # Numbers of patches that others hold, by path: found, requested and read.
-_REMOTE_FOUND, _REMOTE_SENT, _REMOTE_READ, _NUMBERS = range(32, 44, 3)
+_REMOTE_FOUND, _REMOTE_SENT, _REMOTE_READ, _NUMBERS = range(34, 46, 3)
 # Paths to patches that others hold: clusters over the network, what no cluster holds over the bus; and the patch store
 # in front of both.
 OVER_NETWORK, ON_BUS, THROUGH_STORE = range(3)
@@ -33,10 +34,10 @@ NO_CLUSTER, KEPT = -2, -3
 _IDLE, _BUSY, _BLOCKED = range(3)
 _NEVER = -1
 _EVENTS = 512
-_LIMITS = ("traversal", "memory", "vertices", "setup", "walk", "pipeline", "over", "cells", "entries", "requests",
-           "waiting")
-(_TRAVERSAL, _MEMORY, _VERTICES, _SETUP, _WALK, _PIPELINE, _OVER_CYCLES, _CELLS, _ENTRIES, _REQUESTS, _WAITING,
- _ALL_SLOTS, _BEFORE_STORE) = range(13)
+_LIMITS = ("traversal", "memory", "vertices", "setup", "walk", "pipeline", "over", "cells", "lists", "entries",
+           "requests", "waiting")
+(_TRAVERSAL, _MEMORY, _VERTICES, _SETUP, _WALK, _PIPELINE, _OVER_CYCLES, _CELLS, _LISTS, _ENTRIES, _REQUESTS, _WAITING,
+ _ALL_SLOTS, _BEFORE_STORE) = range(14)
 
 
 class StageItems(NamedTuple):
@@ -226,7 +227,7 @@ def apply_event(cast: ClusterCast, items: StageItems, time: int, kind: int) -> N
     numbers, limits = cast.numbers, cast.limits
     if kind == _CELL:
         numbers[_CELL_PENDING] = 0
-        if numbers[_CELLS_LEFT] - numbers[_CELLS_TAKEN] == limits[_CELLS]:
+        if numbers[_CELLS_LEFT] - numbers[_PASSED] == limits[_CELLS]:
             numbers[_STALLED] = time
         else:
             _send_cell(cast, items, time)
@@ -350,9 +351,23 @@ def _schedule_close(cast, now):
 @compiled
 def _send_cell(cast, items, time):
     cast.numbers[_CELLS_LEFT] += 1
+    _pass_cells(cast, items)
     _schedule_cell(cast, items, time)
     if cast.numbers[_LISTING] == _IDLE:
         _list(cast, items, time)
+
+
+@compiled
+def _pass_cells(cast, items):
+    """The cell filter discards cells that are open; others wait behind it for their lists, so many at most."""
+    numbers = cast.numbers
+    while numbers[_PASSED] < numbers[_CELLS_LEFT]:
+        cell = numbers[_PASSED]
+        if items.entries[cell] < items.entries[cell + 1]:
+            if numbers[_UNLISTED] == cast.limits[_LISTS]:
+                return
+            numbers[_UNLISTED] += 1
+        numbers[_PASSED] += 1
 
 
 @compiled
@@ -361,15 +376,19 @@ def _list(cast, items, time):
     numbers, limits = cast.numbers, cast.limits
     numbers[_LISTING] = _IDLE
     if numbers[_ENTRIES_LEFT] == numbers[_LIST_END]:
-        if numbers[_CELLS_TAKEN] == numbers[_CELLS_LEFT]:
+        while numbers[_CELLS_TAKEN] < numbers[_PASSED] and numbers[_ENTRIES_LEFT] == numbers[_LIST_END]:
+            numbers[_CELLS_TAKEN] += 1
+            numbers[_LIST_END] = items.entries[numbers[_CELLS_TAKEN]]
+        if numbers[_ENTRIES_LEFT] == numbers[_LIST_END]:
             _end_stages(cast, items, time)
             return
-        numbers[_CELLS_TAKEN] += 1
-        numbers[_LIST_END] = items.entries[numbers[_CELLS_TAKEN]]
-        if numbers[_STALLED] != _NEVER:
+        numbers[_UNLISTED] -= 1
+        _pass_cells(cast, items)
+        if numbers[_STALLED] != _NEVER and numbers[_CELLS_LEFT] - numbers[_PASSED] < limits[_CELLS]:
             numbers[_SHIFT] += time - numbers[_STALLED]
             numbers[_STALLED] = _NEVER
             numbers[_CELLS_LEFT] += 1
+            _pass_cells(cast, items)
             _schedule_cell(cast, items, time + 1)
             _schedule_close(cast, time)
     if numbers[_ENTRIES_LEFT] < numbers[_LIST_END]:

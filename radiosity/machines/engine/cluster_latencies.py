@@ -24,6 +24,8 @@ _GENERATOR, _SEARCH, _ROW, _PIECE, _ARC = 28, 3, 1, 4, 3
 # From the start of the memory system to the first near cell: measured, as `golden.engine.schedule.cycle_model` has it
 # with the memory system's latency. `SectionCast`: from the last patch to the results.
 _BEGIN, _END = 8, 3
+# Cells in `CellTable` and in the buffer behind it.
+_LISTS = 4
 # Registers between the settle map's word and the mask of a tile's rays (`IcRayGenerator`).
 _MASK = 2
 
@@ -42,5 +44,6 @@ def cluster_timing(config: Config) -> ClusterTiming:
         memory=MemorySystem.latency, vertices=VERTICES, setup=setup.latency,
         walk=WindowWalk(config=config).latency + SettleMap(config=config, tag=1).latency + _MASK
         + RayIssue(config=config).latency,
-        pipeline=pipeline.latency, over=LATENCY + 1, end=_END, cells=CELL_QUEUE, entries=PATCH_QUEUE,
+        pipeline=pipeline.latency, over=LATENCY + 1, end=_END, cells=CELL_QUEUE,
+        lists=_LISTS, entries=PATCH_QUEUE,
         requests=REQUEST_QUEUE, waiting=2 * REQUEST_QUEUE)

@@ -42,9 +42,9 @@ class ClusterTiming(TimingNumbers):
         From the end of a stage's last item to the end of the stage.
     end
         From the end of the last stage or patch to the end of the cast.
-    cells, entries, requests, waiting
-        Capacities between traversal and the cell filter, between the lists and the patch filter, from there to the
-        patches' geometry, and from there to the slots; items.
+    cells, lists, entries, requests, waiting
+        Capacities between traversal and the cell filter, from there to the lists, between these and the patch filter,
+        from there to the patches' geometry, and from there to the slots; items.
 
     Raises
     ------
@@ -54,7 +54,7 @@ class ClusterTiming(TimingNumbers):
         A number is negative, or a capacity or the number of vertices below 1.
     """
 
-    POSITIVE: ClassVar[tuple[str, ...]] = ("vertices", "cells", "entries", "requests", "waiting")
+    POSITIVE: ClassVar[tuple[str, ...]] = ("vertices", "cells", "lists", "entries", "requests", "waiting")
 
     begin: int
     generator: int
@@ -72,6 +72,7 @@ class ClusterTiming(TimingNumbers):
     over: int
     end: int
     cells: int
+    lists: int
     entries: int
     requests: int
     waiting: int

@@ -44,7 +44,7 @@ class SimpyCluster:
         # Traversal's clock is late by the shift. Cells that are known, with their times on it.
         self._shift, self._stalled, self._known, self._sent = 0, False, [], 0
         self._closes, self._closed, self._over, self._permitted = [], 0, 0, 0
-        self._cells, self._listing, self._entries, self._waiting = deque(), False, deque(), []
+        self._cells, self._unlisted, self._listing, self._entries, self._waiting = deque(), deque(), False, deque(), []
         # Patches that can be read, own ones among them; those that are not requested yet, and those that are.
         self._ready, self._own, self._queued, self._outstanding = deque(), 0, (deque(), deque(), deque()), [0, 0, 0]
         self._slots, self._windows, self._found, self._done = 0, simpy.Store(env), 0, 0
@@ -79,7 +79,8 @@ class SimpyCluster:
 
     def _watch(self):
         """Times in which no cell and no patch is before the slots."""
-        is_quiet = not (self._listing or self._filtering or self._cells or self._entries or self._entered < self._found)
+        is_quiet = not (self._listing or self._filtering or self._cells or self._unlisted or self._entries
+                        or self._entered < self._found)
         if is_quiet == (self._quiet is not None):
             return
         if not is_quiet and self._free is None and len(self._closes) == len(self._trace.cycles) - 1:
@@ -165,26 +166,34 @@ class SimpyCluster:
                 self._stalled = False
             self._cells.append(self._sent)
             self._sent += 1
+            self._pass_cells()
             self._changed()
             if self._env.now > since:
                 yield self._env.timeout(1)
 
+    def _pass_cells(self):
+        """The cell filter discards cells without entries, which are open; others need an entry behind it."""
+        while self._cells:
+            entries = range(*self._trace.entries[self._cells[0]:self._cells[0] + 2])
+            if entries and len(self._unlisted) == self._timing.lists:
+                return
+            self._cells.popleft()
+            if entries:
+                self._unlisted.append(entries)
+
     def _list(self):
         """Entries of the cells' lists, one in each cycle."""
         while True:
-            yield from self._until(lambda: self._cells)
-            cell = self._cells.popleft()
-            self._listing = True
+            yield from self._until(lambda: self._unlisted)
+            self._listing, entries = True, self._unlisted.popleft()
+            self._pass_cells()
             self._changed()
-            entries = range(*self._trace.entries[cell:cell + 2])
             for entry in entries:
                 yield from self._until(lambda: len(self._entries) < self._timing.entries)
                 self._entries.append(entry)
                 self._changed()
                 yield self._env.timeout(1)
-            if not entries:
-                yield self._env.timeout(1)
-            self._listing = bool(self._cells)
+            self._listing = bool(self._unlisted)
             self._changed()
 
     def _filter(self):
@@ -292,7 +301,8 @@ class SimpyCluster:
         """All closed stages are over when no cell and no patch is in flight."""
         near = self._sent < len(self._known) and (
             self._known[self._sent] + self._shift - self._timing.memory <= self._env.now)
-        if near or self._stalled or self._cells or self._listing or self._entries or self._done < self._found:
+        if (near or self._stalled or self._cells or self._unlisted or self._listing or self._entries
+                or self._done < self._found):
             return
         self.last = self._env.now
         if self._closed > self._over and len(self._closes) - self._over > self._ahead(len(self._closes) + 1):
