@@ -90,12 +90,9 @@ def test_areas_are_those_of_the_parts_of_a_path():
 
 @pytest.mark.nightly
 def test_simulated_cycles_are_those_of_the_hardware():
-    """Of `cubes` cells that are open already wait in the simulator, which the hardware's cell filter discards first."""
-    error = {(row.scene, row.clusters, row.sets, row.share): abs(simulated / row.cycles - 1)
-             for row, simulated in simulated_rows(recorded_rows())}
+    error = [abs(simulated / row.cycles - 1) for row, simulated in simulated_rows(recorded_rows())]
     assert len(error) == 12
-    assert error.pop(("cubes", 4, "dealt", 0.125)) < 0.035
-    assert max(error.values()) < 0.03
+    assert max(error) < 0.03
 
 
 def test_a_mean_is_geometric(outcomes):
