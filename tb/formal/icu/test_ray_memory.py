@@ -77,8 +77,8 @@ test_ray_memory = declare(
     make, cycles=24, engine="abc bmc3", covers_nightly=True, claims=[Claim()],
     controls={
         "a tag is not compared": Control("won", kind=source_fault(
-            RayMemory, "nearer = (old.generation != operand.row.generation) | (new_key > old_key)",
-            "nearer = new_key > old_key"), nightly=True),
+            RayMemory, "is_new, is_larger = old.generation != operand.row.generation, new_key > old_key",
+            "is_new, is_larger = Const(0), new_key > old_key"), nightly=True),
         "nothing is emptied": Control(
             "won", generations=Sweepless, nightly=True),
         "equal hits of the larger id win": Control("won", kind=source_fault(
