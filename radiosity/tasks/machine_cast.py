@@ -149,7 +149,7 @@ class MachineCast:
         if options.timeline:
             write_timeline(options.timeline, samples, self._config,
                            title=f"{title}, {counted(self._config.noc.nodes, 'cluster')}")
-        hits = cast("FixedHits", done[-1].frusta[0][0].hits)  # the phase asks for whole hits
+        hits = cast("FixedHits", done[-1].frusta[0][0].hits)  # the phase requests whole hits
         report = self._report(done, hits)
         return MachineCastResult(hits=hits, report=report, text=_text(report),
                                  agrees=not report["differences"] and not report["sums"],
