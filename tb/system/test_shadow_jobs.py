@@ -8,6 +8,7 @@ import pytest
 from golden.engine.cast.shadow_frusta import shadow_frusta
 from golden.engine.frustum.bundle import Bundle
 from golden.engine.frustum.ray_list import pack_rays
+from golden.engine.jobs.descriptor import list_words, near_bytes
 from golden.engine.jobs.job import PhaseRequest, plan_job
 from golden.engine.jobs.result_formats import HitFormat
 from golden.engine.jobs.run_job import run_job
@@ -54,6 +55,12 @@ def test_brute_force_leaves_the_same_bytes(job):
                 blocked += sum(np.count_nonzero(np.frombuffer(data, "<i4")[size // 16::size // 4] == 0)
                                for address, data in memory.items() if first <= address < end)
     assert 0 < blocked < listed
+
+
+def test_words_that_follow_a_descriptor_hold_its_cells_of_shell_1_and_its_rays(job):
+    for words, one in zip(list_words(job.descriptors), job.sections, strict=True):
+        request = job.phases[one.phase].request if one else None
+        assert words == (-(-len(near_bytes(request.records[one.frustum], request.table)) // 8) if one else 0)
 
 
 @pytest.mark.sim

@@ -16,6 +16,7 @@ from golden.engine.cast.fixed_hits import FixedHits, read_out
 from golden.engine.config import Config
 from golden.engine.ctu.sector import Sector
 from golden.engine.frustum import FrustumRecord
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.frustum.shadow_record import ShadowRecord
 from golden.engine.icu.inverse_distance import inverse_distance
 from golden.engine.icu.patch_setup import Patches, PatchSetup
@@ -195,6 +196,11 @@ class Shelling:
         """A cluster before its first stage of a frustum."""
         return ClusterCasting(record, sector, self.table, patches=len(self.geometry), config=self._config,
                               by_code=self._by_code)
+
+    def memory(self, record: FrustumRecord) -> RayMemory | ShadowMemory:
+        """The ray memory of a frustum of any kind before its first patch; see `cast` for the exceptions."""
+        return ShadowMemory(record, self._config) if record.bundle == Bundle.SHADOW else RayMemory(
+            len(record), self._config)
 
     def tests(self, record: FrustumRecord, memory: RayMemory | ShadowMemory, *, references=None, ray_tests=None,
               block: int = BLOCK, lanes: int = 1) -> "Tests":

@@ -20,8 +20,8 @@ from golden.engine.memory_map.records import frustum_fields, make_records
 from golden.engine.memsys.patches.cell_table import CellTable
 
 __all__ = ["ANY_CLUSTER", "DESCRIPTOR", "NEAR_ALIGNMENT", "RULES", "VERSION", "Kind", "Refusal", "Rule",
-           "check_descriptor", "frustum_descriptor", "load_descriptor", "near_bytes", "parse_descriptors", "section_of",
-           "section_tiles"]
+           "check_descriptor", "frustum_descriptor", "list_words", "load_descriptor", "near_bytes", "parse_descriptors",
+           "section_of", "section_tiles"]
 
 VERSION = 1
 # Of the field `cluster`: the first one that is free; of a load, each cluster its own tables.
@@ -102,6 +102,11 @@ def near_bytes(record: FrustumRecord, table: CellTable) -> bytes:
     if record.bundle != Bundle.SHADOW:
         return cells
     return cells + bytes(-len(cells) % RAY_WORD.itemsize) + pack_rays(record).tobytes()
+
+
+def list_words(descriptors: np.ndarray) -> np.ndarray:
+    """Words of 8 bytes that the machine reads with each descriptor: cells of shell 1, two in each, and listed rays."""
+    return (descriptors["near_count"].astype(np.int64) + 1) // 2 + descriptors["ray_count"]
 
 
 def load_descriptor(image: int, regions: int, *, tag: int = 0, copies: bool = False) -> np.void:

@@ -10,7 +10,6 @@ from golden.engine.config import Config
 from golden.engine.ctu.sector import Sector
 from golden.engine.ctu.settle_pyramid import SettlePyramid
 from golden.engine.frustum import FrustumRecord
-from golden.engine.icu.ray_memory import RayMemory
 from golden.engine.schedule.square_scan import GROUP, survival_words
 
 __all__ = ["CycleModel", "StageWork", "least_cycles", "stage_work"]
@@ -66,7 +65,7 @@ def stage_work(shelling: Shelling, record: FrustumRecord, config: Config) -> Ite
     record, config
         The frustum, and the configuration of ``shelling``.
     """
-    section, memory = Sector.whole(record), RayMemory(len(record), config)
+    section, memory = Sector.whole(record), shelling.memory(record)
     references = np.zeros(len(shelling.geometry), dtype=np.int64)
     tests = shelling.tests(record, memory, references=references, block=BLOCK)
     cluster = shelling.cluster(record, section)

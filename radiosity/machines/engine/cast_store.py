@@ -13,6 +13,8 @@ from golden.engine.cast.shelling import Shelling
 from golden.engine.config import Config
 from golden.engine.ctu.sector import Sector
 from golden.engine.frustum import FrustumRecord
+from golden.engine.frustum.bundle import Bundle
+from golden.engine.frustum.ray_list import pack_rays
 from golden.engine.schedule.subshells import SubshellList
 from radiosity.machines.engine.cluster_timing import ClusterTiming
 from radiosity.machines.engine.section_trace import CastTimes, SectionTrace
@@ -66,9 +68,11 @@ class CastStore:
     def _name(self, record, section, subshells):
         """What a cast follows from, as the name of its file."""
         digest = hashlib.sha256(self._scene)
-        for value in (record.origin, record.matrix, record.is_screen, record.source, *asdict(section).values()):
+        for value in (record.origin, record.matrix, record.bundle, record.source, *asdict(section).values()):
             digest.update(np.asarray(value, dtype=np.int64).tobytes())
         digest.update(record.all_directions().tobytes())
+        if record.bundle == Bundle.SHADOW:
+            digest.update(pack_rays(record).tobytes())
         if subshells is not None:
             digest.update(np.stack([subshells.patches, subshells.shell]).tobytes())
         return digest.hexdigest()[:32]
@@ -95,5 +99,5 @@ def _cast_of(path):
     with path.open("rb") as file, np.load(file) as stored:
         numbers = stored["numbers"].tolist()
         times = CastTimes(begins=stored["begins"], ends=stored["ends"], **dict(zip(_NUMBERS, numbers, strict=False)))
-        trace = SectionTrace(**{field.name: stored[field.name] for field in fields(SectionTrace)})
+        trace = SectionTrace(**{field.name: stored[field.name][()] for field in fields(SectionTrace)})
     return SimulatedCast(trace=trace, times=times, **dict(zip(_COUNTS, numbers[len(_NUMBERS):], strict=True)))

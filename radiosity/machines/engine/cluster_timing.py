@@ -18,6 +18,8 @@ class ClusterTiming(TimingNumbers):
     ----------
     begin
         From the begin of a section to its first near cell.
+    listing
+        By which a shadow frustum begins later, without a cycle for each ray of its list.
     generator
         From the permission of a stage to its first request, without the searches of rows and columns.
     search
@@ -57,6 +59,7 @@ class ClusterTiming(TimingNumbers):
     POSITIVE: ClassVar[tuple[str, ...]] = ("vertices", "cells", "lists", "entries", "requests", "waiting")
 
     begin: int
+    listing: int
     generator: int
     search: int
     row: int

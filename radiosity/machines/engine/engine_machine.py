@@ -8,6 +8,7 @@ import numpy as np
 
 from golden.base.errors import InputError
 from golden.engine.config import Config
+from golden.engine.jobs.descriptor import list_words
 from golden.engine.jobs.job import Job, plan_job
 from radiosity.flow.simulator.simulation_config import simulation_config
 from radiosity.machines.engine.cluster_latencies import cluster_timing
@@ -156,9 +157,8 @@ class EngineMachine:
         simulated = simulate_job(
             job, self._stores[pipelines], job_timing=timing,
             load_timing=load_timing(config, latency=self._latency), clusters=nodes, note=note)
-        near = sum(-(-int(one["near_count"]) // 2) for one in job.descriptors)
         return EngineRun(prepared=prepared, job=job, nodes=nodes, groups=groups, simulated=simulated,
-                         dispatch=timing.dispatch * len(simulated.casts) + near)
+                         dispatch=timing.dispatch * len(simulated.casts) + int(list_words(job.descriptors).sum()))
 
 
 def _check(name, value, most):

@@ -42,7 +42,7 @@ class JobSections:
     Parameters
     ----------
     near
-        S int64: words of near cells behind the descriptor.
+        S int64: words of near cells, and of a shadow frustum's rays, behind the descriptor.
     free
         S int64: cycles from the begin of a cast until its cluster can use the next section.
     cycles

@@ -7,7 +7,7 @@ over the bus (`radiosity.machines.engine.bus_path`). A patch store may be in fro
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -228,8 +228,9 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
     homes = np.broadcast_to(home, (count, home.shape[-1]))
     if bus is None and any((known[trace.patch] < 0).any() for known, trace in zip(homes, traces, strict=True)):
         raise InputError("machines: Patches of a joint cast without a bus must be held by clusters")
-    casts = [begin_cast(timing, patches=len(trace.tests), barriers=trace.is_barrier, slots=slots, run_ahead=run_ahead,
-                        number=number, before_store=store.waiting if store else 0)
+    begins = [timing.begin + trace.listing for trace in traces]
+    casts = [begin_cast(replace(timing, begin=begins[number]), patches=len(trace.tests), barriers=trace.is_barrier,
+                        slots=slots, run_ahead=run_ahead, number=number, before_store=store.waiting if store else 0)
              for number, trace in enumerate(traces)]
     owner, is_stored = [], []
     for number, trace in enumerate(traces):
@@ -269,8 +270,8 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
         requested=np.zeros(rows, dtype=np.int64),
         unused=np.arange(rows)[::-1].copy(), count=np.array([rows], dtype=np.int64))
     for number in range(count):
-        push(machine.late, timing.begin, 0, number)
-        clusters[number, _SCHEDULED] = timing.begin
+        push(machine.late, begins[number], 0, number)
+        clusters[number, _SCHEDULED] = begins[number]
     _run(machine)
     times = []
     for number, trace in enumerate(traces):

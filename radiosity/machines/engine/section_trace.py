@@ -1,6 +1,6 @@
 """Section trace: the work of a section on one cluster, and its cycles when it is replayed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,8 @@ class SectionTrace:
         P int64: the patches in the order of discovery.
     tests
         P int64: cycles of the walk of each of them.
+    listing
+        Cycles in which the rays of a shadow frustum are listed, before anything else.
     """
 
     cycles: np.ndarray
@@ -54,6 +56,7 @@ class SectionTrace:
     is_new: np.ndarray
     patch: np.ndarray
     tests: np.ndarray
+    listing: int = 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,6 +106,11 @@ class TraceSource:
         """Whether each stage waits until all before it are over; the list of near cells is the first one."""
         return self._trace.is_barrier
 
+    @property
+    def listing(self) -> int:
+        """See `SectionTrace`."""
+        return self._trace.listing
+
     def searches(self, stage: int) -> int:
         """Cycles of a stage's searches."""
         return int(self._trace.searches[stage])
@@ -133,6 +141,7 @@ def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ah
     slots, run_ahead
         ``icu.slots`` and ``ctu.run_ahead``.
     """
+    timing = replace(timing, begin=timing.begin + source.listing)
     cast = begin_cast(timing, patches=source.patches, barriers=source.barriers, slots=slots, run_ahead=run_ahead)
     begins, items = [], None
     for stage in range(len(source.barriers)):

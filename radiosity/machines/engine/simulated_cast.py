@@ -16,7 +16,8 @@ from golden.engine.ctu.grid_rays import INDEX_FRACTION, GridRays
 from golden.engine.ctu.sector import Sector, sector_rays, subshell_rays
 from golden.engine.ctu.settle_pyramid import SettlePyramid
 from golden.engine.frustum import FrustumRecord
-from golden.engine.icu.ray_memory import RayMemory
+from golden.engine.frustum.bundle import Bundle
+from golden.engine.frustum.ray_list import pack_rays
 from golden.engine.icu.section_clip import section_clip
 from golden.engine.icu.window_walk import window_tiles
 from golden.engine.schedule.cycle_model import BLOCK
@@ -47,7 +48,8 @@ class SimulatedCast:
     trace, times
         Its work, and the cycles of its events.
     tests, cells, grid_rays, hit
-        Tests, cells opened, grid rays that survived, and patches that rays hit.
+        Tests, cells opened, grid rays that survived, and patches that results name: those that rays hit, of a shadow
+        frustum with a blocked ray one.
     """
 
     trace: SectionTrace
@@ -108,7 +110,10 @@ class _Stages:
 
     def __init__(self, shelling, record, config, timing, section, subshells, lanes):
         self._shelling, self._record, self._config, self._timing = shelling, record, config, timing
-        self._section, self._memory = section, RayMemory(len(record), config)
+        self._section, self._memory = section, shelling.memory(record)
+        self._is_shadow = record.bundle == Bundle.SHADOW
+        # An empty list is an item too.
+        self.listing = timing.listing + max(1, len(pack_rays(record))) if self._is_shadow else 0
         self._references = np.zeros(len(shelling.geometry), dtype=np.int64)
         self._tests = shelling.tests(record, self._memory, references=self._references, block=BLOCK, lanes=lanes)
         self._cluster = shelling.cluster(record, self._section)
@@ -117,8 +122,9 @@ class _Stages:
         # Of all stages so far: times and offsets of cells, their lists, patches and their walks.
         self._time, self._offset, self._patch, self._walks = (np.empty(0, dtype=np.int64) for _ in range(4))
         self._entries, self._new = np.zeros(1, dtype=np.int64), np.empty(0, dtype=bool)
-        # Stored inverse distances after so many patches.
+        # Stored inverse distances after so many patches, and before the first sweep: all rays may be hit.
         self._patches, self._inverse = [0], [self._memory.inverse.copy()]
+        self._unknown = np.zeros(len(record), dtype=np.int64)
         side = 1 << config.icu.tile_bits
         self._tiles = -(-(section.end_row - section.first_row) // side) * -(
             -(section.end_column - section.first_column) // side)
@@ -137,7 +143,10 @@ class _Stages:
 
     @property
     def hit(self):
-        patch = self._memory.patch[self._section.mask(self._record).ravel()]
+        own = self._section.mask(self._record).ravel()
+        if self._is_shadow:
+            return int(self._memory.blocked[own].any())
+        patch = self._memory.patch[own]
         return len(np.unique(patch[patch >= 0]))
 
     def trace(self):
@@ -146,7 +155,8 @@ class _Stages:
             cycles=np.array(self._cycles),
             searches=np.array([self.searches(stage) for stage in range(len(self._where))]),
             is_barrier=self.barriers, first_cell=np.array(self._first_cell), offset=self._offset,
-            entries=self._entries, is_new=self._new, patch=self._patch, tests=self._walks)
+            entries=self._entries, is_new=self._new, patch=self._patch, tests=self._walks,
+            listing=self.listing)
 
     def searches(self, stage):
         rays = self._cluster.traversal.rays(self._where[stage][1]) if stage else None
@@ -164,7 +174,7 @@ class _Stages:
     def part(self, begin, cast):
         """The items of all stages up to the next part of this one, whose requests begin; and their cycles."""
         stage, part, before = len(self._cycles) - 1, self._parts.pop(0), self._cycles[-1]
-        timing, (subshell, shell, _), inverse = self._timing, self._where[stage], self._inverse[0]
+        timing, (subshell, shell, _), inverse = self._timing, self._where[stage], self._unknown
         if stage:
             # Codes improve while survival looks rays up: those of the middle stand for all of the part.
             inverse = self._seen(cast, begin + self._requests(part, shell, self._seen(cast, begin), None) // 2)
@@ -206,8 +216,8 @@ class _Stages:
 
     def _seen(self, cast, now):
         """Stored inverse distances as the sweep has read them: on average half of a sweep ago."""
-        if now < self._timing.begin + self._tiles + self._timing.sweep:
-            return self._inverse[0]
+        if now < self._timing.begin + self.listing + self._tiles + self._timing.sweep:
+            return self._unknown
         done = tested(cast, now - self._tiles // 2 - self._timing.sweep)
         return self._inverse[np.searchsorted(self._patches, done, side="right") - 1]
 

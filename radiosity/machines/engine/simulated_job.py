@@ -9,6 +9,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.engine.cast.shelling import Shelling
 from golden.engine.config import Config
+from golden.engine.jobs.descriptor import list_words
 from golden.engine.jobs.job import Job, PhaseRequest
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_timing import ClusterTiming
@@ -93,12 +94,12 @@ def simulate_job(job: Job, casts: CastStore, *, job_timing: JobTiming, load_timi
         raise InputError("machines: A job must be of one phase whose patches every cluster holds")
     phase, config, made, near, rays = job.phases[0], job.config, [], [], []
     request = phase.request
-    for one, descriptor in zip(job.sections, job.descriptors, strict=True):
+    for one, words in zip(job.sections, list_words(job.descriptors), strict=True):
         if one is not None:
             section = one.section
             made.append(casts.cast(request.records[one.frustum], section))
             rays.append(section.rays)
-            near.append(-(-int(descriptor["near_count"]) // 2))
+            near.append(words)
             note(len(made))
     rays, bits = np.array(rays), config.memory.data_bits
     hits = -(-8 * rays * request.hit_format.bytes // bits)

@@ -16,6 +16,7 @@ from golden.engine.schedule.subshells import SubshellList
 from golden.scene.builtin import builtin_scene
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_latencies import cluster_timing
+from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
 
 CONFIG = PRESETS["tiny"]
 
@@ -85,6 +86,9 @@ def test_each_cast_is_explored_once(geometry, store, explored):
     lists = None, plain, replace(plain, shell=np.array([3, 6])), replace(plain, patches=np.array([4, 8]))
     given = [(frustum, whole, None) for frustum in frusta] + [(frusta[0], half, None)]
     given += [(frusta[0], whole, subshells) for subshells in lists[1:]]
+    _, shadow, _ = drawn_frustum(1, bits=4)
+    shorter = replace(shadow, end=np.where(shadow.end < CONFIG.numbers.inverse.high, shadow.end + 1, shadow.end))
+    given += [(one, Sector.whole(one), None) for one in (shadow, shorter)]
     found = [store.cast(*one) for one in given]
     assert found == list(range(1, len(given) + 1))
     assert [store.cast(*one) for one in given] == found

@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from benchmarks.machines import SceneCasts, errors_of, machine_config, recorded_cycles
+from golden.engine.cast.shelling import Shelling
+from golden.engine.ctu.sector import Sector
+from golden.engine.frustum.ray_list import pack_rays
+from golden.scene.builtin import builtin_scene
 from radiosity.machines.engine.cluster_latencies import cluster_timing
 from radiosity.machines.engine.section_trace import replay
+from radiosity.machines.engine.simulated_cast import cast_section
+from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -42,6 +48,41 @@ def test_survival_without_the_sweep_has_other_cycles(monkeypatch):
     timing = replace(cluster_timing(CONFIG), sweep=1 << 40)
     monkeypatch.setattr("benchmarks.machines.cluster_timing", lambda config: timing)
     assert errors([("lobby", 0.0625)])[0] > 0.05
+
+
+def shadow_cast(ends=lambda record: record.end, **section):
+    """The cast of a shadow frustum in a room, of which a twentieth of the positions have rays; and the frustum."""
+    config = CONFIG.replace({"icu.shadow_bits": 10})
+    geometry, record, _ = drawn_frustum(0, builtin_scene("cornell"), share=0.05)
+    record = replace(record, end=ends(record))
+    return record, cast_section(Shelling(geometry, config, cell=0.25, by_code=True), record, config,
+                                cluster_timing(config), section=replace(Sector.whole(record), **section))
+
+
+def test_a_shadow_frustum_begins_a_cycle_later_for_each_ray_of_its_list():
+    """More rays that nothing blocks, since they end nearly at once, change nothing else."""
+    def more(record):
+        end, high = record.end.copy(), record.numbers.inverse.high
+        end[np.flatnonzero(end == high)[:25]] = high - 1
+        return end
+
+    (record, one), (longer, other) = shadow_cast(), shadow_cast(more)
+    assert len(pack_rays(longer)) - len(pack_rays(record)) == 25
+    assert 0 < one.tests == other.tests
+    assert (other.times.begins - one.times.begins == 25).all()
+    assert (other.times.ends - one.times.ends == 25).all()
+    assert (other.times.free - one.times.free, other.times.cycles - one.times.cycles) == (25, 25)
+
+
+def test_rays_of_a_shadow_frustum_that_are_not_listed_are_not_tested():
+    """Without a ray near cells are opened, and those of shell 2 before the first sweep; results have no patch."""
+    record, one = shadow_cast()
+    _, none = shadow_cast(lambda record: np.full(len(record), record.numbers.inverse.high))
+    assert (none.tests, none.hit, none.trace.listing) == (0, 0, one.trace.listing - len(pack_rays(record)) + 1)
+    assert 0 < none.cells < one.cells
+    assert one.hit == 1
+    # A test at least of each ray that is blocked, at most one of each ray and patch of the room.
+    assert 0 < one.tests < len(builtin_scene("cornell")) * len(pack_rays(record))
 
 
 @pytest.mark.parametrize("changes", [{}, {"icu.slots": 16, "ctu.run_ahead": 0}])
