@@ -57,7 +57,7 @@ ABOUT = {
     "SECTION": "a section without rays, not within its frustum, or with more tiles than the ray memory has",
     "WATCHDOG": "a load or a section has taken more cycles than `watchdog`; ends in a reset",
     "ABORTED": "a reset has ended the descriptor, which was not its cause",
-    "DESCRIPTOR": "a number of a descriptor that it must not have, see [the rules](job-format.md)",
+    "DESCRIPTOR": "a number of a descriptor that it must not have, see the rules of its fields",
     "RING": "the doorbell is more than a ring ahead of `taken`; the queue halts",
 }
 

@@ -99,7 +99,7 @@ def prose_of(path: Path) -> list[tuple[int, str]]:
 
 def markdown_files() -> list[Path]:
     """The pages of the documentation."""
-    return [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+    return [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def occurrences(path: Path, pattern: re.Pattern) -> list[str]:

@@ -18,9 +18,9 @@ ROOT = Path(__file__).parents[2]
 def test_pages_of_the_navigation_exist():
     navigation = (ROOT / "mkdocs.yml").read_text().partition("\nnav:\n")[2]
     made = {*OUTSIDE, "verification-report.md", "parameters.md", "payloads.md", "units.md"}
-    named = set(re.findall(r"[\w-]+\.md", navigation)) - made
-    assert "registers.md" in named
-    assert named <= {page.name for page in (ROOT / "docs").glob("*.md")}
+    named = set(re.findall(r"[\w/-]+\.md", navigation)) - made
+    assert "formats/registers.md" in named
+    assert named <= {str(page.relative_to(ROOT / "docs")) for page in (ROOT / "docs").rglob("*.md")}
 
 
 def test_units_of_the_pages_exist():

@@ -32,7 +32,7 @@ def test_all_rows_and_values_are_drawn(rows):
     assert text == draw_lanes(LANES, rows, ranges=[range(2), range(4, 8)])
 
 
-@pytest.mark.parametrize("page", ["network.md", "registers.md", "memory-path.md"])
+@pytest.mark.parametrize("page", ["network.md", "engine.md", "memory-path.md"])
 def test_waveforms_of_pages(page):
     text = WAVEFORMS[page].draw()
     assert text.startswith("<svg")

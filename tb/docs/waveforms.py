@@ -230,10 +230,9 @@ def _uart():
     return draw_lanes(lanes, record(component, lanes, drive, cycles=46))
 
 
-HOST = Waveform("The host writes a register and reads it again (`Registers`, AXI4-Lite)", _registers)
 # By pages of docs/.
 WAVEFORMS = {
-    "engine.md": HOST,
+    "engine.md": Waveform("The host writes a register and reads it again (`Registers`, AXI4-Lite)", _registers),
     "intersection-unit.md": Waveform("Rays that are screened (`Screening`), one per cycle; by number, and whether they "
                                      "are inside their patch", _screening),
     "traversal-unit.md": Waveform("Six rays walk through a grid (`CellTraversal`, one pipeline): a cell per cycle, ray "
@@ -242,6 +241,5 @@ WAVEFORMS = {
     "caches.md": Waveform("A miss, a hit on what is still being fetched, and a hit (`Cache`, direct mapped)", _cache),
     "main-memory.md": Waveform("Four beats are read (`MainMemoryPort`)", _main_memory_port),
     "network.md": Waveform("A packet of three flits passes a router of two cycles (`Router`)", _router),
-    "registers.md": HOST,
     "board.md": Waveform("Two bytes on the serial line, two cycles per bit (`UartTransmitter`)", _uart),
 }

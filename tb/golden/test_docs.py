@@ -6,7 +6,7 @@ import pytest
 from golden.scene.builtin import BUILTIN
 
 ROOT = Path(__file__).parents[2]
-DOCS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def test_gallery_shows_every_built_in_scene_with_its_patch_count():

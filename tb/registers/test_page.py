@@ -9,11 +9,11 @@ from hw.registers.register import WORD_BYTES, addresses
 from radiosity.cli.hw.main import main
 from radiosity.flow.package.registers_page import page
 
-PAGE = Path(__file__).parents[2] / "docs" / "registers.md"
+PAGE = Path(__file__).parents[2] / "docs" / "formats" / "registers.md"
 
 
 def test_the_page_is_what_the_command_writes(tmp_path):
-    assert PAGE.read_text() == page(COUNTERS), "python -m hw registers -o docs/registers.md"
+    assert PAGE.read_text() == page(COUNTERS), "python -m hw registers -o docs/formats/registers.md"
     result = CliRunner().invoke(main, ["registers", "-o", str(tmp_path / "page.md")])
     assert result.exit_code == 0, result.output
     assert (tmp_path / "page.md").read_text() == page(COUNTERS)

@@ -1,8 +1,8 @@
 """The memory map: every byte that passes between host and machine.
 
 An image is a header, a table of regions, and the regions, each an array of equal records. `REGIONS` is the layout;
-`MemoryImage.to_bytes` and `from_bytes` follow it, and docs/memory-map.md shows it. Fields are as wide as the largest
-configuration needs, so one layout serves all configurations.
+`MemoryImage.to_bytes` and `from_bytes` follow it, and docs/formats/images.md shows it. Fields are as wide as the
+largest configuration needs, so one layout serves all configurations.
 
 Integers are little-endian; signed ones are two's complement.
 """

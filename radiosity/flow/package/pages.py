@@ -65,7 +65,7 @@ def core_pages(counters: Mapping[str, str]) -> dict[str, str]:
 def _for_export(paragraph):
     """A paragraph without sentences about the project's sources and about pages that are not exported."""
     sentences = re.split(r"(?<=\.)\s+", paragraph)
-    kept = [one for one in sentences if not re.search(r"\]\((?:engine|verilog)\.md|`(?:hw/|python -m hw )", one)]
+    kept = [one for one in sentences if not re.search(r"\]\(\.\./engine\.md|`(?:hw/|python -m hw )", one)]
     if paragraph.startswith("|") or len(kept) == len(sentences):
         return paragraph
     return textwrap.fill(" ".join(kept), width=120)
@@ -73,5 +73,5 @@ def _for_export(paragraph):
 
 def _with_links(text):
     """A page whose links to formats lead to the one beside it; of other pages of the documentation the text stays."""
-    text = re.sub(r"\]\((?:memory-map|job-format)\.md\)", "](formats.md)", text)
+    text = re.sub(r"\]\(\.\./(?:memory-map|job-format)\.md\)", "](formats.md)", text)
     return re.sub(r"\[([^]]*)\]\((?!https:|formats\.md)[^)]*\)", r"\1", text)

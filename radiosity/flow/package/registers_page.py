@@ -12,9 +12,9 @@ _PAGE = """\
 # The registers
 
 For whoever writes a driver: the registers behind the engine's AXI4-Lite port of 32 bits, the steps of a job, errors and
-counters. `python -m hw registers -o docs/registers.md` writes this page from `hw/registers/engine_registers.py`, of
-which the hardware is made. Exported engines have the table in SystemRDL 2.0 (`radiosity_engine.rdl`), for tools such as
-[PeakRDL](https://peakrdl.readthedocs.io), and a driver in C.
+counters. `python -m hw registers -o docs/formats/registers.md` writes this page from
+`hw/registers/engine_registers.py`, of which the hardware is made. Exported engines have the table in SystemRDL 2.0
+(`radiosity_engine.rdl`), for tools such as [PeakRDL](https://peakrdl.readthedocs.io), and a driver in C.
 
 Registers of 64 bits are at multiples of 8 and take two words. Write the low word first, then the high one: each takes
 effect by itself, and the machine takes both over when it is idle. Answered with SLVERR, and without any effect, are an
@@ -26,8 +26,8 @@ command and of `interrupt` are ignored.
 {registers}
 ## A job
 
-1. Put an image ([the memory map](memory-map.md)), the cells of shell 1 of each frustum and the descriptors
-   ([the format of jobs](job-format.md)) into main memory.
+1. Put an image ([the memory map](../memory-map.md)), the cells of shell 1 of each frustum and the descriptors
+   ([the format of jobs](../job-format.md)) into main memory.
 2. While the machine is idle write the addresses of the two rings, `ring_bits` and the windows. The windows contain both
    rings and everything that descriptors point to.
 3. Write the number of descriptors ever submitted into `doorbell`. The first one is a load.
@@ -41,7 +41,7 @@ shows its effect.
 ## Errors
 
 An error of a descriptor is in its completion record, its results are undefined, and the queue goes on. The other errors
-halt the queue: the first one stays in `error` until `command.clear`. [The engine](engine.md) has the rules. A queue
+halt the queue: the first one stays in `error` until `command.clear`. [The engine](../engine.md) has the rules. A queue
 that has halted is idle when `status.busy` is 0: no interrupt reports the end of a reset. Then write the address of an
 image into `image`, and `command.resume`; or write `taken` into `doorbell` before, which drops the descriptors that are
 left. After an error of a load, load all regions again (`status.loaded`). While `status.unwritten` is 1 `status.busy`

@@ -29,7 +29,7 @@ from tb.golden import precise
 from tb.golden.engine.icu.patches import hemisphere
 from tb.golden.engine.schedule.scenes import CONFIG, case
 
-PAGE = Path(__file__).parents[3] / "docs" / "memory-map.md"
+PAGE = Path(__file__).parents[3] / "docs" / "formats" / "images.md"
 TYPES = {"u1": "B", "u2": "H", "u4": "I", "u8": "Q", "i4": "i", "f8": "d"}
 ONE = 1 << 16
 
@@ -166,11 +166,11 @@ def made():
 
 
 class Reader:
-    """An image's bytes by the tables of the page on the memory map, in order: nothing of golden's layout."""
+    """An image's bytes by the tables of docs/formats/images.md, in order: nothing of golden's layout."""
 
     def __init__(self, data):
         self._data, self._fields, self._size = data, {}, {}
-        text = PAGE.read_text().partition("## Layout")[2]
+        text = PAGE.read_text()
         for name, section in re.findall(r"### (.*)\n((?:(?!###).*\n?)*)", text):
             self._size[name] = int(re.search(r"One record of (\d+) bytes", section)[1])
             self._fields[name] = {field: (int(byte), TYPES[kind], int(count or 1)) for byte, field, kind, count in

@@ -18,7 +18,7 @@ _NAMES = {address + WORD_BYTES * word: (one, word) for one in ENGINE_REGISTERS
 
 
 class RegisterMachine:
-    """Completes a descriptor each time that the driver waits, by the rules of docs/registers.md.
+    """Completes a descriptor each time that the driver waits, by the rules of docs/formats/registers.md.
 
     Parameters
     ----------
