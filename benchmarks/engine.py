@@ -31,7 +31,7 @@ CASTS = 3
 def prepare_cast(config: Config, scene: str, *, cell: float | None, rays: tuple[int, int]) -> PreparedJob:
     """The job of one hemisphere, a section for each cluster; without a cell size, in cells chosen for it."""
     return prepare_job(JobSpec(scene=scene, rays=rays, point=POINT, cell=cell, hit_format=HitFormat.FULL,
-                               group=config.noc.nodes), config)
+                               group=config.noc.clusters), config)
 
 
 def measure(machine: SimulatedMachine, prepared: PreparedJob) -> dict:

@@ -91,7 +91,7 @@ def measure(scenes: list[SceneRuns], config: Config, *, check: bool, **memory) -
     check
         Compare all results with the golden model's, not those of small jobs alone.
     """
-    clusters = config.noc.nodes
+    clusters = config.noc.clusters
     with job_machine(config, **memory) as machine:
         for scene in scenes:
             prepared = prepare_job(replace(scene.spec, group=min(scene.spec.group, clusters)), config)

@@ -150,9 +150,9 @@ def prepare_cut(scene: str, config: Config, *, cell: float, rays: tuple[int, int
 def _queued_sections(record, plan, config):
     """Sections as a job has them, those with most work first."""
     workload = plan.found.frusta.share(plan.found.tests)
-    sections = tile_sections(record.columns, record.rows, config, clusters=config.noc.nodes, workload=workload)
+    sections = tile_sections(record.columns, record.rows, config, clusters=config.noc.clusters, workload=workload)
     work = np.array([workload[one.first_row:one.end_row, one.first_column:one.end_column].sum() for one in sections])
-    return [sections[one] for one in longest_first_at_the_end(work, clusters=config.noc.nodes)]
+    return [sections[one] for one in longest_first_at_the_end(work, clusters=config.noc.clusters)]
 
 
 def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = None,

@@ -57,7 +57,7 @@ class EmbreeRates:
 
 def recorded(preset: str, assignments: tuple[str, ...]) -> Iterator[Record]:
     """The last records that the history has of these parameters with one cluster: of a whole machine, of a cluster."""
-    parameters, last = machine_parameters(assignments), last_records(read_history())
+    parameters, last = machine_parameters(preset, assignments), last_records(read_history())
     for block, unit in MACHINE, ("engine", "Engine"), ("cluster", "Cluster"):
         if record := last.get(("ecp5", preset, parameters, block, unit)):
             yield record

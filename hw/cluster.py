@@ -166,7 +166,7 @@ class Cluster(wiring.Component):
         self._config, self._formats = config, CtuFormats(config)
         self._memory = MemorySystem(config=config)
         self._intersection = IntersectionUnit(config=config)
-        self._traversal = TraversalUnit(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))
+        self._traversal = TraversalUnit(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.clusters))
         super().__init__(ClusterSignature(config=config))
 
     def elaborate(self, platform):

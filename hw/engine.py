@@ -24,6 +24,7 @@ from hw.memsys.bus.local_bus import LocalBus
 from hw.memsys.bus.system_bus_interface import READERS, SystemBusInterface
 from hw.memsys.load.image_layout import RegionNumber
 from hw.memsys.load.preload_dma import PreloadDma
+from hw.memsys.patch_node import PatchNode
 from hw.memsys.port.axi_signature import AxiSignature
 from hw.memsys.port.main_memory_port import MainMemoryPort
 from hw.memsys.port.memory_formats import MemoryFormats
@@ -61,6 +62,7 @@ class _Blocks:
     bus: LocalBus
     interface: SystemBusInterface
     clusters: list[Cluster | BlackBox]
+    patch_nodes: list[PatchNode]
     add: Callable
 
 
@@ -79,7 +81,7 @@ class Engine(wiring.Component):
     Parameters
     ----------
     config
-        The configuration; a cluster for each node of ``noc``.
+        The configuration; a cluster or a patch node for each node of ``noc``.
     black_boxes
         Clusters are instances of a separately built module.
     policies
@@ -110,11 +112,11 @@ class Engine(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        config, nodes = self._config, self._config.noc.nodes
+        config, count = self._config, self._config.noc.clusters
         m.submodules.registers = registers = Registers(
             ENGINE_REGISTERS, address_bits=ADDRESS_BITS, memory_bits=self._config.memory.address_bits)
         m.submodules.control = control = JobControl(config=config)
-        tags = range(max(FETCH + 1, nodes + 1))
+        tags = range(max(FETCH + 1, count + 1))
         m.submodules.port = port = MainMemoryPort(config=config, tag=tags)
         m.submodules.completions = completions = CompletionWriter(config=config)
 
@@ -126,11 +128,15 @@ class Engine(wiring.Component):
             registers=registers, control=control, port=port, completions=completions, add=add,
             fetch=add("fetch", DescriptorFetch(config=config)), dispatch=add("dispatch", JobDispatch(config=config)),
             preload=add("preload", PreloadDma(config=config)), load=add("load", LoadControl(config=config)),
-            writes=add("writes", WriteMerge(config=config, count=nodes + 1)),
-            bus=add("bus", LocalBus(config=config, clusters=nodes)),
+            writes=add("writes", WriteMerge(config=config, count=count + 1)),
+            bus=add("bus", LocalBus(config=config, clusters=count)),
             interface=add("interface", SystemBusInterface(config=config, policies=self._policies)),
             clusters=[BlackBox(ClusterSignature(config=config).members, name=CLUSTER) if self._black_boxes
-                      else Cluster(config=config) for _ in range(nodes)])
+                      else Cluster(config=config) for _ in range(count)],
+            patch_nodes=[PatchNode(config=config) for _ in range(config.noc.patch_nodes)])
+        for number, patch_node in enumerate(blocks.patch_nodes, start=count):
+            m.submodules[f"patch_node_{number}"] = patch_node
+            m.d.comb += [patch_node.number.eq(number), patch_node.reset.eq(control.stops)]
         for number, cluster in enumerate(blocks.clusters):
             m.submodules[f"cluster_{number}"] = cluster
             m.d.comb += [cluster.number.eq(number), cluster.reset.eq(control.stops), cluster.cycle.eq(control.cycles)]
@@ -192,16 +198,17 @@ class Engine(wiring.Component):
         """Words to the clusters; numbers and addresses of the scene."""
         registers, control, preload = blocks.registers, blocks.control, blocks.preload
         load, interface, clusters = blocks.load, blocks.interface, blocks.clusters
+        nodes = [*clusters, *blocks.patch_nodes]
         wiring.connect(m, load.o_command, preload.i)
         wiring.connect(m, preload.o_done, load.i_done)
         wiring.connect(m, preload.o, load.i_word)
-        words = blocks.add("words", Fork(load.o_word.payload.shape(), count=len(clusters)))
+        words = blocks.add("words", Fork(load.o_word.payload.shape(), count=len(nodes)))
         held = blocks.add("held", SkidBuffer(load.o_word.payload.shape()))
         wiring.connect(m, load.o_word, held.i)
         wiring.connect(m, held.o, words.i)
-        # Registered: nets to the clusters are long. Until all have stored it a word keeps one of the terms at 1.
+        # Registered: nets to the nodes are long. Until all have stored it a word keeps one of the terms at 1.
         was_held, was_loading = Signal(), Signal()
-        m.d.sync += [was_held.eq(held.o.valid), was_loading.eq(Cat(cluster.loads for cluster in clusters).any())]
+        m.d.sync += [was_held.eq(held.o.valid), was_loading.eq(Cat(node.loads for node in nodes).any())]
         given, begins = control.o_load.payload, Signal()
         m.d.comb += [
             load.stored.eq(~(held.o.valid | was_held | was_loading)), load.i.valid.eq(control.o_load.valid),
@@ -231,9 +238,9 @@ class Engine(wiring.Component):
             m.d.sync += empties.eq(0)
         m.d.comb += [interface.i_invalidate.valid.eq(empties),
                      interface.i_invalidate.payload.eq(CachePolicy(registers.policy))]
-        for cluster, word in zip(clusters, words.o, strict=True):
-            wiring.connect(m, word, cluster.i_word)
-            m.d.comb += cluster.scene.eq(kept_scene)
+        for node, word in zip(nodes, words.o, strict=True):
+            wiring.connect(m, word, node.i_word)
+        m.d.comb += [cluster.scene.eq(kept_scene) for cluster in clusters]
 
     def _add_queue(self, m, blocks):
         """Descriptors to the clusters, and their completion records."""
@@ -271,15 +278,17 @@ class Engine(wiring.Component):
         for number, cluster in enumerate(clusters):
             wiring.connect(m, cluster.o_bus, bus.i_request[number])
             wiring.connect(m, bus.o_reply[number], cluster.i_bus)
-        if len(clusters) == 1:
-            # There is no other cluster.
+        nodes = [*clusters, *blocks.patch_nodes]
+        if len(nodes) == 1:
+            # There is no other node.
             return
         network = blocks.add("network", PatchNetwork(config=self._config))
         for number, cluster in enumerate(clusters):
             wiring.connect(m, cluster.o_request, network.i_request[number])
             wiring.connect(m, network.o_reply[number], cluster.i_reply)
-            wiring.connect(m, network.o_request[number], cluster.i_remote)
-            wiring.connect(m, cluster.o_remote, network.i_reply[number])
+        for number, node in enumerate(nodes):
+            wiring.connect(m, network.o_request[number], node.i_remote)
+            wiring.connect(m, node.o_remote, network.i_reply[number])
             m.d.comb += blocks.control.networks[number].eq(network.fault[number])
         m.d.comb += [blocks.registers.flits.eq(network.flits), blocks.registers.flit_stalls.eq(network.stalls)]
 

@@ -18,12 +18,12 @@ _COUNT_BITS = 32
 
 
 class ClusterWatch(wiring.Component):
-    """Looks at one cluster per cycle.
+    """Looks at one node per cycle: at its cluster, if it has one, and at its network interface.
 
     A cluster is late when its oldest section has been that for ``watchdog`` cycles, counted in steps of ``nodes``; a
     load when it has been read for so many. A fault of a cluster is a time-out of its memory path. Of several in one
-    cycle the first of these is the culprit: a late cluster, a late load, a fault of a cluster, one of its network
-    interface.
+    cycle the first of these is the culprit: a late cluster, a late load, a fault of a cluster, one of a
+    node's network interface.
 
     Parameters
     ----------
@@ -34,36 +34,38 @@ class ClusterWatch(wiring.Component):
     -------
     live, stops : In(1)
         Sections are being cast; all units are in reset.
-    waits, restarts : In(nodes)
+    waits, restarts : In(clusters)
         `SectionTable`'s.
     reads : In(1)
         A load is being read.
     watchdog : In(32)
         The register; 0: none is late.
-    clusters : In(ArrayLayout(ControlFormats.fault, nodes))
+    clusters : In(ArrayLayout(ControlFormats.fault, clusters))
         Faults of the clusters; only time-outs have an effect.
     networks : In(ArrayLayout(NetworkFault, nodes))
-        Faults of their network interfaces.
+        Faults of the nodes' network interfaces.
     culprit : Out(JobFormats.culprit)
         What is wrong, with the code `ErrorCode.NONE` if nothing is.
 
     Timing
     ------
-    Latency: ``1`` cycle, and up to ``nodes - 1`` until it is a cluster's turn.
+    Latency: ``1`` cycle, and up to ``nodes - 1`` until it is a node's turn.
     """
 
     latency = 1
 
     def __init__(self, *, config: Config):
-        self._nodes, control = config.noc.nodes, ControlFormats(config)
+        self._nodes, self._clusters, control = config.noc.nodes, config.noc.clusters, ControlFormats(config)
         super().__init__({
-            "live": In(1), "stops": In(1), "waits": In(self._nodes), "restarts": In(self._nodes), "reads": In(1),
-            "watchdog": In(_COUNT_BITS), "clusters": In(ArrayLayout(control.fault, self._nodes)),
+            "live": In(1), "stops": In(1), "waits": In(self._clusters),
+            "restarts": In(self._clusters), "reads": In(1),
+            "watchdog": In(_COUNT_BITS), "clusters": In(ArrayLayout(control.fault, self._clusters)),
             "networks": In(ArrayLayout(NetworkFault, self._nodes)), "culprit": Out(JobFormats(config).culprit)})
 
     def elaborate(self, platform):
         m, nodes = Module(), self._nodes
-        number, previous, restarts = Signal(range(nodes)), Signal(range(nodes)), Signal(nodes, init=(1 << nodes) - 1)
+        number, previous, restarts = Signal(range(nodes)), Signal(range(nodes)), Signal(
+            self._clusters, init=(1 << self._clusters) - 1)
         m.d.sync += [number.eq(Mux(number == nodes - 1, 0, number + 1)), previous.eq(number),
                      restarts.eq((restarts & ~(1 << number)) | self.restarts)]
         m.submodules.ages = ages = Memory(shape=_COUNT_BITS, depth=max(2, nodes), init=[],
@@ -78,7 +80,8 @@ class ClusterWatch(wiring.Component):
                      load_late.eq(self.reads & (limit != 0) & (load_age >= limit)),
                      load_age.eq(Mux(self.reads, load_age + 1, 0))]
         fault, polled, network = Signal.like(self.clusters[0]), Signal.like(self.clusters[0]), Signal(NetworkFault)
-        m.d.comb += polled.eq(Array(self.clusters[k].as_value() for k in range(nodes))[number])
+        m.d.comb += polled.eq(Array(self.clusters[k].as_value() if k < self._clusters else 0
+                                    for k in range(nodes))[number])
         m.d.sync += [fault.as_value().eq(Mux(polled.code == ErrorCode.PATH_TIMEOUT, polled, 0)),
                      network.eq(Array(self.networks[k].as_value() for k in range(nodes))[number])]
         with m.If(self.stops):

@@ -38,7 +38,7 @@ class CompletionWriter(wiring.Component):
 
     Members
     -------
-    i : In, ``nodes`` streams of 64 bits
+    i : In, ``clusters`` streams of 64 bits
         Words of the clusters' records, 8 each in their order. Of the last one only the error counts.
     i_record : In, stream of `JobFormats.record`
         Records that no cluster writes; accepted when they have been collected.
@@ -90,7 +90,7 @@ class CompletionWriter(wiring.Component):
         self._length = min(self._beats, 1 << config.memory.length_bits)
         address = config.memory.address_bits
         super().__init__({
-            "i": In(stream.Signature(WORD_BITS)).array(config.noc.nodes), "i_record": In(stream.Signature(
+            "i": In(stream.Signature(WORD_BITS)).array(config.noc.clusters), "i_record": In(stream.Signature(
                 formats.record)), "source": Out(formats.cluster), "tag": In(32),
             "o_collected": Out(stream.Signature(formats.cluster, always_ready=True)), "completions": In(address),
             "ring_bits": In(RING_BITS), "completed": Out(COUNT_BITS), "empty": Out(1), "stops": In(1),
@@ -120,11 +120,11 @@ class CompletionWriter(wiring.Component):
 
     def _add_words(self, m, collected):
         """Records into the memories. Gives whether one is being collected."""
-        nodes, word_bits = self._config.noc.nodes, (COMPLETION_WORDS - 1).bit_length()
-        m.submodules.turn = turn = RoundRobin(count=nodes + 1)
-        requests, granted, index = Signal(nodes + 1), Signal(nodes + 1), Signal(word_bits)
+        clusters, word_bits = self._config.noc.clusters, (COMPLETION_WORDS - 1).bit_length()
+        m.submodules.turn = turn = RoundRobin(count=clusters + 1)
+        requests, granted, index = Signal(clusters + 1), Signal(clusters + 1), Signal(word_bits)
         busy, is_own, moves, ends, free = (Signal(name=name) for name in ("busy", "is_own", "moves", "ends", "free"))
-        number = Signal(range(nodes))
+        number = Signal(range(clusters))
         valid, word = Signal(), Signal(WORD_BITS)
         record = self.i_record.payload
         # After the last word its source offers another record at the earliest.
@@ -142,7 +142,7 @@ class CompletionWriter(wiring.Component):
             m.d.comb += one.ready.eq(busy & granted[k] & ~self.stops)
         with m.If(turn.accept):
             m.d.sync += [granted.eq(turn.grant), busy.eq(1), index.eq(0)]
-            for k in range(nodes):
+            for k in range(clusters):
                 with m.If(turn.grant[k]):
                     m.d.sync += number.eq(k)
         with m.Elif(ends | self.stops):

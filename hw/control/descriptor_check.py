@@ -55,7 +55,7 @@ class DescriptorCheck(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         index, data = self.i.payload.index, self.i.payload.data
-        icu, ctu, nodes = self._config.icu, self._config.ctu, self._config.noc.nodes
+        icu, ctu, clusters = self._config.icu, self._config.ctu, self._config.noc.clusters
         width, side = self._config.memory.address_bits, 1 << self._config.icu.side_bits
 
         def field(name):
@@ -75,7 +75,7 @@ class DescriptorCheck(wiring.Component):
                 ("hit_format", lambda value: ~value.matches(*self._formats.hit_formats), False),
                 ("sums", lambda value: value > self._formats.sums, False),
                 ("context", lambda value: value != 0, True),
-                ("cluster", lambda value: ((value >= nodes) | (is_load & (value != 0))) & (value != ANY_CLUSTER),
+                ("cluster", lambda value: ((value >= clusters) | (is_load & (value != 0))) & (value != ANY_CLUSTER),
                  True),
                 ("hits", lambda value: misaligned(value, ALIGNMENT), True),
                 ("sums_address", lambda value: misaligned(value, ALIGNMENT), False),

@@ -76,7 +76,7 @@ class JobControl(wiring.Component):
         Reset all units but the port, the completion writer and this one; clear the port's fault.
     enable, loaded : Out(1)
         The next descriptor may be taken; all regions have been loaded.
-    begins : In(nodes)
+    begins : In(clusters)
         A cluster begins to cast the next one of its sections.
     i_sent : In, stream of `JobFormats.sent`
         `JobDispatch`'s ``o_sent``. Always ready.
@@ -110,10 +110,10 @@ class JobControl(wiring.Component):
         Main memory has an outstanding transaction.
     memory_fault : In(MemoryFormats.fault)
         The first fault of the port.
-    clusters : In(ArrayLayout(ControlFormats.fault, nodes))
+    clusters : In(ArrayLayout(ControlFormats.fault, clusters))
         Faults of the clusters; only time-outs have an effect.
     networks : In(ArrayLayout(NetworkFault, nodes))
-        Faults of their network interfaces.
+        Faults of the nodes' network interfaces.
     taken : Out(32)
         The register.
     status : Out(status)
@@ -139,7 +139,7 @@ class JobControl(wiring.Component):
         check_instance("Config", config, Config)
         self._config, memory, control = config, MemoryFormats(config), ControlFormats(config)
         formats = JobFormats(config)
-        nodes, address = config.noc.nodes, config.memory.address_bits
+        clusters, nodes, address = config.noc.clusters, config.noc.nodes, config.memory.address_bits
 
         def event(layout):
             return In(stream.Signature(layout, always_ready=True))
@@ -149,14 +149,14 @@ class JobControl(wiring.Component):
             **{name: In(64) for name in ("ring", "completions", "image")}, "ring_bits": In(RING_BITS),
             "doorbell": In(_COUNT_BITS), "watchdog": In(_COUNT_BITS),
             "kept": Out(StructLayout({"ring": address, "completions": address, "ring_bits": RING_BITS})),
-            **{name: Out(1) for name in ("takes", "stops", "clear", "enable", "loaded")}, "begins": In(nodes),
+            **{name: Out(1) for name in ("takes", "stops", "clear", "enable", "loaded")}, "begins": In(clusters),
             "i_sent": event(formats.sent), "i_load": In(stream.Signature(formats.load_job)),
             "i_refused": In(stream.Signature(formats.record)), "unread": In(1), "dispatches": In(1),
             "o_load": Out(stream.Signature(formats.load)), "load_over": event(memory.fault),
             "source": In(formats.cluster), "tag": Out(32), "i_collected": event(formats.cluster),
             "o_record": Out(stream.Signature(formats.record)), "completed": In(_COUNT_BITS), "empty": In(1),
             "unwritten": In(1), "address": In(address), "retry": Out(1), "memory_busy": In(1),
-            "memory_fault": In(memory.fault), "clusters": In(ArrayLayout(control.fault, nodes)),
+            "memory_fault": In(memory.fault), "clusters": In(ArrayLayout(control.fault, clusters)),
             "networks": In(ArrayLayout(NetworkFault, nodes)), "taken": Out(_COUNT_BITS),
             "status": Out(register("status").width), "error": Out(control.error), "cycles": Out(_COUNT_BITS),
             "interrupt_value": Out(register("interrupt").width), "irq": Out(1)})

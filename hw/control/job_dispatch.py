@@ -42,7 +42,7 @@ class JobDispatch(wiring.Component):
         All tables have been loaded. Stable while ``busy``.
     last_shell : In(CtuFormats.shell)
         The last shell of which they have grid rays. Likewise.
-    requests : In(nodes)
+    requests : In(clusters)
         A request of the cluster for one more section, for one cycle each.
     o : Out, stream of `JobFormats.word`
         Words for the clusters. Always ready.
@@ -71,7 +71,7 @@ class JobDispatch(wiring.Component):
         self._config, formats = config, JobFormats(config)
         super().__init__({
             "i": In(stream.Signature(formats.fetched)), "enable": In(1), "loaded": In(1),
-            "last_shell": In(CtuFormats(config).shell), "requests": In(config.noc.nodes),
+            "last_shell": In(CtuFormats(config).shell), "requests": In(config.noc.clusters),
             "o": Out(stream.Signature(formats.word, always_ready=True)),
             "o_sent": Out(stream.Signature(formats.sent, always_ready=True)),
             "o_load": Out(stream.Signature(formats.load_job)), "o_refused": Out(stream.Signature(formats.record)),
@@ -79,24 +79,24 @@ class JobDispatch(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        nodes, word = self._config.noc.nodes, self.i.payload
+        clusters, word = self._config.noc.clusters, self.i.payload
         m.submodules.check = check = DescriptorCheck(config=self._config)
-        m.submodules.longest = longest = LongestWaiting(count=nodes)
+        m.submodules.longest = longest = LongestWaiting(count=clusters)
 
         # Which cluster: what the first word says is in front of the queue until it is granted.
         def first(name):
             (_, bits), = elements(name)
             return word.data[bits]
 
-        pending, granted, sends = Signal(nodes), Signal(nodes), Signal()
+        pending, granted, sends = Signal(clusters), Signal(clusters), Signal()
         begins, returns, any_one, alone = (Signal(name=name) for name in ("begins", "returns", "any_one", "alone"))
         pinned = first("cluster")
         known = Signal()
         m.d.comb += [
-            any_one.eq(pinned == ANY_CLUSTER), known.eq(any_one | (pinned < nodes)),
+            any_one.eq(pinned == ANY_CLUSTER), known.eq(any_one | (pinned < clusters)),
             alone.eq(word.error | ~known | ~self.loaded | (first("kind") != Kind.FRUSTUM)),
             longest.request.eq(pending),
-            *(longest.eligible[k].eq(pending[k] & (any_one | (pinned == k))) for k in range(nodes)),
+            *(longest.eligible[k].eq(pending[k] & (any_one | (pinned == k))) for k in range(clusters)),
             longest.accept.eq(begins & ~alone)]
         m.d.sync += pending.eq((pending & ~Mux(longest.accept, longest.grant, 0)) | self.requests
                                | Mux(returns, granted, 0))
@@ -131,9 +131,9 @@ class JobDispatch(wiring.Component):
             self.o_sent.payload.tag.eq(numbers["tag"]), self.o_load.payload.tag.eq(numbers["tag"]),
             self.o_load.payload.image.eq(numbers["hits"]), self.o_load.payload.regions.eq(numbers["regions"]),
             self.o_load.payload.copies.eq(numbers["cluster"] == 0)]
-        number = Signal(range(nodes))
+        number = Signal(range(clusters))
         m.d.comb += [self.o.payload.cluster.eq(number), self.o_sent.payload.cluster.eq(number)]
-        for k in range(nodes):
+        for k in range(clusters):
             with m.If(granted[k]):
                 m.d.comb += number.eq(k)
         with m.If(takes):

@@ -44,8 +44,8 @@ class JobRecords(wiring.Component):
         Records of refusals.
     o : Out, stream of `JobFormats.record`
         All records.
-    cluster : Out(range(nodes + 1))
-        The cluster whose sections are aborted; ``nodes``: it is the load's turn.
+    cluster : Out(range(clusters + 1))
+        The cluster whose sections are aborted; ``clusters``: it is the load's turn.
     pops : Out(1)
         The oldest section of ``cluster`` is aborted.
     load_ends, refuses : Out(1)
@@ -61,19 +61,19 @@ class JobRecords(wiring.Component):
     latency = 0
 
     def __init__(self, *, config: Config):
-        self._nodes, formats = config.noc.nodes, JobFormats(config)
+        self._clusters, formats = config.noc.clusters, JobFormats(config)
         self._culprit, records = formats.culprit, stream.Signature(formats.record)
         super().__init__({
             "live": In(1), "stops": In(1), "aborts": In(1), "blames": In(1), "culprit": In(formats.culprit),
             "tag": In(32), "count": In(formats.in_flight), "begun": In(formats.in_flight), "load": In(formats.record),
             "has_load": In(1), "load_over": In(1), "i": In(records), "o": Out(records),
-            "cluster": Out(range(self._nodes + 1)),
+            "cluster": Out(range(self._clusters + 1)),
             **{name: Out(1) for name in ("pops", "load_ends", "refuses", "aborted")}})
 
     def elaborate(self, platform):
         m = Module()
         record, culprit, taken, blamed = self.o.payload, Signal(self._culprit), Signal(), Signal()
-        at_load = self.cluster == self._nodes
+        at_load = self.cluster == self._clusters
         has_culprit = culprit.code != ErrorCode.NONE
         m.d.comb += [taken.eq(self.o.valid & self.o.ready), self.pops.eq(self.aborts & ~at_load & taken)]
         with m.If(self.live & self.load_over):

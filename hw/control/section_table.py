@@ -25,21 +25,21 @@ class SectionTable(wiring.Component):
         Sections are sent, begin and end; else they are only aborted.
     i_sent : In, stream of `JobFormats.sent`
         A section is sent to a cluster. Always ready.
-    begins : In(nodes)
+    begins : In(clusters)
         A cluster begins the next one of its sections.
     i_collected : In, stream of a cluster
         Its oldest section is over. Always ready.
-    cluster : In(range(nodes + 1))
-        The cluster that the next members concern; ``nodes`` has no sections.
+    cluster : In(range(clusters + 1))
+        The cluster that the next members concern; ``clusters`` has no sections.
     aborts : In(1)
         Its oldest section ends.
     tag : Out(32)
         Of its oldest section.
     count, begun : Out(JobFormats.in_flight)
         Its sections, and how many of them have begun.
-    waits : Out(nodes)
+    waits : Out(clusters)
         Clusters that have sections.
-    restarts : Out(nodes)
+    restarts : Out(clusters)
         Clusters whose oldest section is another one from now on.
 
     Timing
@@ -50,23 +50,23 @@ class SectionTable(wiring.Component):
     latency = 1
 
     def __init__(self, *, config: Config):
-        self._nodes, formats = config.noc.nodes, JobFormats(config)
+        self._clusters, formats = config.noc.clusters, JobFormats(config)
         self._index_bits = formats.in_flight.width
 
         def event(layout):
             return In(stream.Signature(layout, always_ready=True))
 
         super().__init__({
-            "live": In(1), "i_sent": event(formats.sent), "begins": In(self._nodes),
-            "i_collected": event(formats.cluster), "cluster": In(range(self._nodes + 1)), "aborts": In(1),
-            "tag": Out(32), "count": Out(formats.in_flight), "begun": Out(formats.in_flight), "waits": Out(self._nodes),
-            "restarts": Out(self._nodes)})
+            "live": In(1), "i_sent": event(formats.sent), "begins": In(self._clusters),
+            "i_collected": event(formats.cluster), "cluster": In(range(self._clusters + 1)), "aborts": In(1),
+            "tag": Out(32), "count": Out(formats.in_flight), "begun": Out(formats.in_flight),
+            "waits": Out(self._clusters), "restarts": Out(self._clusters)})
 
     def elaborate(self, platform):
-        m, nodes = Module(), self._nodes
-        m.submodules.tags = tags = Memory(shape=32, depth=nodes << self._index_bits, init=[],
+        m, clusters = Module(), self._clusters
+        m.submodules.tags = tags = Memory(shape=32, depth=clusters << self._index_bits, init=[],
                                           attrs={"ram_style": "distributed"})
-        counts, begun, oldest = ([Signal(self._index_bits, name=f"{name}_{k}") for k in range(nodes)]
+        counts, begun, oldest = ([Signal(self._index_bits, name=f"{name}_{k}") for k in range(clusters)]
                                  for name in ("count", "begun", "oldest"))
         write, read, sent = tags.write_port(), tags.read_port(domain="comb"), self.i_sent.payload
         newest = Array(head + count for head, count in zip(oldest, counts, strict=True))
@@ -75,7 +75,7 @@ class SectionTable(wiring.Component):
             write.en.eq(self.i_sent.valid & self.live), write.data.eq(sent.tag),
             write.addr.eq(Cat(newest[sent.cluster][:self._index_bits], sent.cluster)),
             self.count.eq(Array([*counts, 0])[self.cluster]), self.begun.eq(Array([*begun, 0])[self.cluster])]
-        for k in range(nodes):
+        for k in range(clusters):
             pushes, pops, aborts = Signal(name=f"pushes_{k}"), Signal(name=f"pops_{k}"), Signal(name=f"aborts_{k}")
             m.d.comb += [
                 pushes.eq(write.en & (sent.cluster == k)), aborts.eq(self.aborts & (self.cluster == k)),

@@ -136,7 +136,7 @@ class Host:
         InputError
             It is none, or another one.
         """
-        for name, expected in (("magic", MAGIC), ("version", VERSION), ("clusters", self._config.noc.nodes)):
+        for name, expected in (("magic", MAGIC), ("version", VERSION), ("clusters", self._config.noc.clusters)):
             found = await self.read(name)
             if found != expected:
                 raise InputError(f"host: The machine's {name} must be {expected:#x}, not {found:#x}")
@@ -296,7 +296,7 @@ class Host:
     async def counters(self, names: Iterable[str] = COUNTERS) -> list[dict[str, int]]:
         """Counters of each cluster, of `hw.cluster.COUNTERS`."""
         found, indices = [], {name: index for index, name in enumerate(COUNTERS)}
-        for cluster in range(self._config.noc.nodes):
+        for cluster in range(self._config.noc.clusters):
             first = COUNTERS_BASE + WORD_BYTES * (cluster << COUNTER_BITS)
             found.append({name: await self._port.read(first + WORD_BYTES * indices[name]) for name in names})
         return found

@@ -121,7 +121,7 @@ class MachineCast:
         whole = config.for_rays(len(record))
         shelling = job_shelling(geometry, whole, cell=self._cell)
         self._request = phase_request(
-            [record], geometry, shelling.table, config, ratio=options.ratio, clusters=config.noc.nodes,
+            [record], geometry, shelling.table, config, ratio=options.ratio, clusters=config.noc.clusters,
             weights=weights, hit_format=_hit_format(config), sums=weights is not None)
         self._expected = shelling.cast(record)[0]
 
@@ -148,7 +148,7 @@ class MachineCast:
             write_counters(options.counters, done)
         if options.timeline:
             write_timeline(options.timeline, samples, self._config,
-                           title=f"{title}, {counted(self._config.noc.nodes, 'cluster')}")
+                           title=f"{title}, {counted(self._config.noc.clusters, 'cluster')}")
         hits = cast("FixedHits", done[-1].frusta[0][0].hits)  # the phase requests whole hits
         report = self._report(done, hits)
         return MachineCastResult(hits=hits, report=report, text=_text(report),

@@ -21,8 +21,7 @@ from radiosity.flow.board.record import record
 from radiosity.flow.board.view import board_view
 from tb.board.decoder import Frame, frames
 
-# One cluster of it, as the command makes by default.
-BOARD = PRESETS["board"].replace({"noc.columns": 1, "noc.rows": 1})
+BOARD = PRESETS["board"]
 ADDRESSES = addresses(ENGINE_REGISTERS)
 SENT = FrameKind.COMPLETIONS, FrameKind.DESCRIPTORS, FrameKind.HITS
 ACKNOWLEDGE = (ADDRESSES["interrupt"], register("interrupt").pack(enable=1, pending=1))

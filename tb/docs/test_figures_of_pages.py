@@ -95,7 +95,7 @@ def test_area_of_a_cluster():
 def test_two_clusters_of_the_board():
     """One cluster with its shell, the units of another one and the network."""
     page, last = " ".join((ROOT / "docs" / "board.md").read_text().split()), last_records(read_history())
-    one = last["ecp5", "board", machine_parameters(()), *MACHINE]
+    one = last["ecp5", "board", machine_parameters("board", ()), *MACHINE]
     more = [last["ecp5", "board", "", *unit] for unit in (
         ("icu", "IntersectionUnit"), ("ctu", "TraversalUnit"), ("memsys", "MemorySystem"), ("noc", "PatchNetwork"))]
     luts, multipliers = (count + sum(getattr(unit, name) for unit in more) for count, name in (

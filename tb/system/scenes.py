@@ -76,8 +76,8 @@ def phase(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (3
 def _plan(reference, patches, table, config, sets) -> Schedule:
     if sets == "scheduled":
         return machine_schedule(reference, patches, table, config, ratio=RATIO)
-    none, clusters = np.zeros(0, dtype=np.int64), config.noc.nodes
+    none, nodes = np.zeros(0, dtype=np.int64), config.noc.nodes
     return Schedule(found=None, partition=Partition(reference.columns, reference.rows, ()), cluster=none,
-                    processor=np.arange(clusters),
+                    processor=np.arange(nodes),
                     sets=ResidentSets(tuple(np.array(one, dtype=np.int64) for one in sets)),
-                    subshells=(SubshellList(none, none, none, none),) * clusters)
+                    subshells=(SubshellList(none, none, none, none),) * nodes)

@@ -19,7 +19,7 @@ from tb.system.connections import IdleUnit
 from tb.system.ready_paths import is_unit, ready_paths
 
 # With lists of subshells; small otherwise.
-CONFIG = PRESETS["board"].replace({"ctu.subshell_bits": 6})
+CONFIG = PRESETS["board"].replace({"ctu.subshell_bits": 6, "noc.patch_nodes": 0})
 
 # The sink and the source of each `ready` that depends on another unit's nevertheless, with the reason.
 KNOWN = {

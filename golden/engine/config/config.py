@@ -42,6 +42,9 @@ class Config:
         if self.icu.shadow_bits and self.numbers.inverse.width > END_BITS:
             raise InputError(f"configuration: Stored inverse distances must have at most {END_BITS} bits in a list of "
                              f"rays (icu.shadow_bits), not {self.numbers.inverse.width}")
+        if self.noc.patch_nodes and self.ctu.subshells:
+            raise InputError("configuration: Patch nodes (noc.patch_nodes) must be 0 where clusters have lists of "
+                             f"subshells (ctu.subshell_bits), not {self.noc.patch_nodes!r}")
 
     def parameters(self) -> dict[str, object]:
         """All parameters by path, for example ``icu.rays``."""

@@ -20,8 +20,10 @@ class Noc:
     topology
         ``mesh``, ``torus``, ``ring``, ``illiac`` or ``hypercube``, see `golden.engine.noc.topology`.
     columns, rows
-        Clusters side by side; 1 to 64 each and at most 64 in all, in a hypercube powers of two. A ring visits row after
-        row.
+        Nodes side by side, a cluster each; 1 to 64 each and at most 64 in all, in a hypercube powers of two. A ring
+        visits row after row.
+    patch_nodes
+        The last so many nodes hold a share of the patches and have no cluster; fewer than there are nodes.
     virtual_channels
         Virtual channels of each input port of a router, for requests and for replies each; 1 to 8. A multiple of 2
         where the links form a cycle in which packets could deadlock (`golden.engine.noc.routing`). Hardware only.
@@ -48,6 +50,7 @@ class Noc:
     topology: str = "mesh"
     columns: int = 4
     rows: int = 2
+    patch_nodes: int = 0
     virtual_channels: int = 2
     buffer_flits: int = 8
     flit_bits: int = 72
@@ -69,6 +72,7 @@ class Noc:
         if self.nodes > 64:
             raise InputError("configuration: Columns times rows (noc.columns, noc.rows) must be at most 64, "
                              f"not {self.columns} x {self.rows}")
+        check_range("noc", "patch_nodes", self.patch_nodes, 0, self.nodes - 1)
         classes = classes_needed(self.network())
         if self.virtual_channels % classes:
             raise InputError("configuration: Virtual channels (noc.virtual_channels) must be a multiple of "
@@ -80,8 +84,13 @@ class Noc:
 
     @property
     def nodes(self) -> int:
-        """Nodes of the network: a cluster and a router each."""
+        """Nodes of the network: a router each, and a cluster or a patch node."""
         return self.columns * self.rows
+
+    @property
+    def clusters(self) -> int:
+        """Clusters, the first of the nodes."""
+        return self.nodes - self.patch_nodes
 
     @property
     def node_bits(self) -> int:

@@ -1,5 +1,6 @@
 """The five parts of the machine: which of them a configuration has, and why."""
 
+from golden.base.plural import counted
 from golden.engine.config.config import Config
 from golden.engine.config.part import Part
 
@@ -14,20 +15,24 @@ def parts(config: Config) -> tuple[Part, ...]:
     config
         The configuration.
     """
-    clusters, memsys = config.noc.nodes, config.memsys
-    each = "" if clusters == 1 else f"{clusters} x "
+    clusters, memsys = config.noc.clusters, config.memsys
+    each, each_node = _times(clusters), _times(config.noc.nodes)
     pipelines = config.ctu.traversal_pipelines(clusters)
     return (
         Part(name="cell traversal", size=f"{each}{pipelines} pipeline{'s' if pipelines > 1 else ''}",
              about="finds the cells that grid rays meet, one per cycle and pipeline (ctu.pipelines)"),
         Part(name="intersection pipeline", size=f"{each}{config.icu.rays} rays",
              about="tests a ray against a patch in each cycle, and has memory for so many rays (icu.rays)"),
-        Part(name="resident set and caches", size=f"{each}{memsys.own_patches} patches, caches of "
+        Part(name="resident set and caches", size=f"{each_node}{memsys.own_patches} patches, caches of "
              f"{memsys.cell_lines} and {memsys.patch_lines} lines",
-             about="the cluster's own patches (memsys.own_patches); in front of main memory the caches of all "
-             "clusters, of cells and of patches (memsys.cell_lines, memsys.patch_lines)"),
+             about="a node's own patches (memsys.own_patches); in front of main memory the caches of all clusters, of "
+             "cells and of patches (memsys.cell_lines, memsys.patch_lines)"),
         _istructure(config, each),
         _router(config))
+
+
+def _times(count):
+    return "" if count == 1 else f"{count} x "
 
 
 def _istructure(config, each):
@@ -54,5 +59,13 @@ def _router(config):
         return Part(name="router", size="", about="a cluster alone requests patches of no other one "
                     "(noc.columns=1, noc.rows=1)")
     return Part(name="router", size=f"{noc.nodes * (2 if noc.networks == 'physical' else 1)} in {noc.network()}",
-                about="requests for patches from cluster to cluster, and the replies: a router for each cluster and "
+                about=f"requests for patches from {_ends(noc)}, and the replies: a router for each node and "
                 "network (noc.columns, noc.rows, noc.topology, noc.networks)")
+
+
+def _ends(noc):
+    """Which nodes send requests, and which serve them."""
+    if noc.patch_nodes == 0:
+        return "cluster to cluster"
+    patch_nodes = f"{counted(noc.patch_nodes, 'patch node')} (noc.patch_nodes)"
+    return f"the cluster to {patch_nodes}" if noc.clusters == 1 else f"cluster to cluster and to {patch_nodes}"

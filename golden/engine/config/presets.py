@@ -26,8 +26,8 @@ __all__ = ["PRESETS"]
 #   rays. Eight clusters in a torus with separate networks for requests and replies (tables 6.2 and 6.3). Measured with
 #   cells of 0.5 and 0.0625.
 # large: the largest that still simulates, with memory for 4096 patches in each cluster and for 1024 of others.
-# board: the smallest, two clusters for a scene like `cornell`, which they hold between them. Its numbers are the
-#   narrowest: an edge plane is one limb, and so is a vertex.
+# board: the smallest, for a scene like `cornell`, which a cluster and a patch node hold between them. Its numbers are
+#   the narrowest: an edge plane is one limb, and so is a vertex.
 PRESETS = {
     "tiny": Config(icu=Icu(rays=1 << 12, side_bits=10, patch_bits=13),
                    memsys=Memsys(scene_cells=1 << 12, own_patches=256, store_patches=32, store_requests=4),
@@ -61,6 +61,6 @@ PRESETS = {
                       scene_cells=128, own_cells=64, own_entries=256, own_patches=16, store_patches=8, store_requests=2,
                       filter_generation_bits=1, reply_ids=2, bus_requests=1),
         memory=Memory(address_bits=17, outstanding=2, burst_beats=8),
-        noc=Noc(columns=2, rows=1, virtual_channels=1, buffer_flits=2, flit_bits=32, requests=2, networks="virtual",
-                check="none")),
+        noc=Noc(columns=2, rows=1, patch_nodes=1, virtual_channels=1, buffer_flits=2, flit_bits=32, requests=2,
+                networks="virtual", check="none")),
 }

@@ -231,7 +231,7 @@ RULES = (
          lambda one, config: not exceeding(config, HitFormat.NONE, sums=bool(one["sums"])), _FRUSTUM),
     Rule("context", "context must be 0", lambda one, config: one["context"] == 0),
     Rule("cluster", f"cluster must be below the number of clusters, or {ANY_CLUSTER:#x}",
-         lambda one, config: one["cluster"] < config.noc.nodes or one["cluster"] == ANY_CLUSTER),
+         lambda one, config: one["cluster"] < config.noc.clusters or one["cluster"] == ANY_CLUSTER),
     Rule("cluster", f"cluster must be 0 or {ANY_CLUSTER:#x} of a load",
          lambda one, config: one["cluster"] in (0, ANY_CLUSTER), (Kind.LOAD,)),
     Rule("hits", f"hits must be a multiple of {ALIGNMENT} below 2^memory.address_bits", _aligned("hits", ALIGNMENT)),

@@ -372,12 +372,12 @@ def _sections(phase, number, config):
               for cluster, (section, part) in enumerate(zip(cut, share, strict=True))]
     predicted = np.array([one.cycles for one in listed])
     if request.cycles is None or pinned or not phase.image.has_copies:
-        return [listed[one] for one in longest_first_at_the_end(predicted, clusters=config.noc.nodes)]
+        return [listed[one] for one in longest_first_at_the_end(predicted, clusters=config.noc.clusters)]
     ordered = [listed[one] for one in long_and_short(predicted)]
-    if config.noc.nodes == 1:
+    if config.noc.clusters == 1:
         return ordered
     # The last section for each cluster in halves, the longest ones first.
-    first, least = max(0, len(ordered) - config.noc.nodes), _CUT_CYCLES * least_cycles(len(request.geometry))
+    first, least = max(0, len(ordered) - config.noc.clusters), _CUT_CYCLES * least_cycles(len(request.geometry))
     end = [half for one in ordered[first:] for half in (_halves(one, config) if one.cycles >= least else [one])]
     return ordered[:first] + sorted(end, key=lambda one: -one.cycles)
 

@@ -27,7 +27,7 @@ def job_header(job: Job, core: CoreManifest, *, about: str, size: int) -> str:
     numbers = core.config.numbers
     unit = 1 / (given.geometry.coordinates.scale * numbers.direction.decode(first.z_scale))
     constants = {
-        "CLUSTERS": (f"{core.config.noc.nodes}u", "clusters of the machine"),
+        "CLUSTERS": (f"{core.config.noc.clusters}u", "clusters of the machine"),
         "BASE": (_address(job.base), "first byte of job.bin in main memory"),
         "BYTES": (f"{size}u", "of job.bin"),
         "END": (_address(job.end), "first byte behind the memory that the machine may read and write"),

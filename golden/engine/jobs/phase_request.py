@@ -62,8 +62,8 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     InputError
         See `golden.engine.schedule.phase.schedule` and `golden.engine.schedule.low_density.low_density`.
     """
-    first, nodes = records[0], config.noc.nodes
-    clusters = sections_per_frustum(len(records), nodes) if clusters is None else clusters
+    first, casting = records[0], config.noc.clusters
+    clusters = sections_per_frustum(len(records), casting) if clusters is None else clusters
     clusters = min(clusters, most_sections(first.columns, first.rows, config))
     plan = workload = cycles = None
     if config.ctu.subshells:
@@ -72,7 +72,7 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
         if clusters > 1:
             found = low_density(reference or first, geometry, table, config, ratio=ratio)
             workload = found.frusta.share(found.tests)
-        if len(records) > nodes > 1:
+        if len(records) > casting > 1:
             cycles = frustum_cycles(records, geometry, table, config)
     return PhaseRequest(geometry=geometry, table=table, records=records, clusters=clusters, cycles=cycles,
                         workload=workload, plan=plan, **results)

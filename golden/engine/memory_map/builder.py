@@ -42,8 +42,8 @@ def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table
         ``rows`` int64, form factor of one ray of each row in units of 2^-W (`Hemisphere.polar_weights`); 0 by default.
     plan
         The schedule whose resident sets and subshell lists the clusters hold. Default: every cluster holds all patches
-        if they fit (``memsys.own_patches``), and otherwise each holds a share of them (`spread_sets`); there are no
-        subshells.
+        if they fit (``memsys.own_patches``), and otherwise each node holds a share of them (`spread_sets`); there are
+        no subshells.
 
     Raises
     ------
@@ -53,15 +53,15 @@ def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table
     """
     _check_rays(records, plan)
     farthest = max((CellTraversalUnit(record, table) for record in records), key=lambda unit: unit.last_shell)
-    patches, clusters = len(geometry), config.noc.nodes
+    patches, nodes = len(geometry), config.noc.nodes
     if plan is None:
         none = np.zeros(0, dtype=np.int64)
         if patches <= config.memsys.own_patches:
-            cluster, address, held = EVERY_CLUSTER, np.arange(patches), (np.arange(patches), *[none] * (clusters - 1))
+            cluster, address, held = EVERY_CLUSTER, np.arange(patches), (np.arange(patches), *[none] * (nodes - 1))
         else:
-            sets = spread_sets(patches, clusters=clusters, capacity=config.memsys.own_patches)
+            sets = spread_sets(patches, clusters=nodes, capacity=config.memsys.own_patches)
             (cluster, address), held = sets.residence(patches), sets.patches
-        lists, processor = (held, (SubshellList(none, none, none, none),) * clusters), np.arange(clusters)
+        lists, processor = (held, (SubshellList(none, none, none, none),) * nodes), np.arange(nodes)
     else:
         cluster, address = plan.sets.residence(patches)
         lists, processor = (plan.sets.patches, plan.subshells), plan.processor

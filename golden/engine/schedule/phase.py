@@ -67,7 +67,7 @@ def machine_schedule(record: FrustumRecord, geometry: PatchGeometry, table: Cell
 
     Without subshell lists (``ctu.subshell_bits`` of 0) the lists are empty.
     """
-    made = schedule(record, geometry, table, config, clusters=config.noc.nodes, ratio=ratio,
+    made = schedule(record, geometry, table, config, clusters=config.noc.clusters, ratio=ratio,
                     ray_capacity=config.icu.rays, capacity=config.memsys.own_patches,
                     fill=config.memsys.resident_set == "filled")
     return made if config.ctu.subshells else made.without_subshells()

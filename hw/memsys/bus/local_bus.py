@@ -24,7 +24,7 @@ class LocalBus(wiring.Component):
     config
         The configuration.
     clusters
-        Number of clusters, 1 to ``noc.nodes``.
+        Number of clusters, 1 to ``noc.clusters``.
 
     Members
     -------
@@ -55,7 +55,7 @@ class LocalBus(wiring.Component):
     latency = 1
 
     def __init__(self, *, config: Config, clusters: int):
-        check_integer("Clusters", clusters, minimum=1, maximum=config.noc.nodes)
+        check_integer("Clusters", clusters, minimum=1, maximum=config.noc.clusters)
         self._clusters, self._formats = clusters, PathFormats(config)
         formats = self._formats
         super().__init__({

@@ -29,8 +29,8 @@ __all__ = ["board"]
 def board(scene, pixels, cell, baud, seeds, nextpnr, no_bitstream, records, folder, assignments):
     """Make a bitstream for the ULX3S with an ECP5-85 that casts a frustum and sends the hits.
 
-    The machine is one cluster of preset board; with -P noc.columns=2 it has both, which exceed the ECP5-85. See
-    `docs/board.md`.
+    The machine is that of preset board, a cluster and a patch node; with -P noc.patch_nodes=0 it has two clusters,
+    which exceed the ECP5-85. See `docs/board.md`.
     """
     from dataclasses import asdict
 
@@ -52,7 +52,7 @@ def board(scene, pixels, cell, baud, seeds, nextpnr, no_bitstream, records, fold
         check_options(nextpnr, has_constraints=True)
     measured = measured_commit() if records else None
     seeds = () if no_bitstream else tuple(dict.fromkeys(seeds))
-    config = PRESETS["board"].replace({"noc.columns": 1}).with_parameters(assignments)
+    config = PRESETS["board"].with_parameters(assignments)
     program = record(board_view(config, scene=scene, pixels=pixels, cell=cell).job)
     shell = BoardShell(config=config, program=program, divisor=round(CLOCK_HZ / baud))
     stage = "write Verilog" if no_bitstream else "synthesis, place and route"
@@ -69,6 +69,7 @@ def board(scene, pixels, cell, baud, seeds, nextpnr, no_bitstream, records, fold
     if records:
         block, unit = MACHINE
         add_record(Record.of(Row(unit=unit, latency=None, area=area, clocks=figures.clocks), measured, tools=tools,
-                             family="ecp5", preset="board", parameters=machine_parameters(assignments), block=block,
+                             family="ecp5", preset="board", block=block,
+                             parameters=machine_parameters("board", assignments),
                              options=" ".join(nextpnr), routing="wirelength-driven"))
     console().report({"output": paths, **facts}, "\n".join([*lines, *paths]))

@@ -31,7 +31,7 @@ class _Recorder(Port):
         self.steps, self.memory = [], bytearray(job.end)
         self._sent, self._waits = sent, False
         self._known = {_ADDRESSES[name]: value for name, value in (
-            ("magic", MAGIC), ("version", VERSION), ("clusters", job.config.noc.nodes), ("taken", 0),
+            ("magic", MAGIC), ("version", VERSION), ("clusters", job.config.noc.clusters), ("taken", 0),
             ("completed", 0))}
 
     def _add(self, operation, **given):

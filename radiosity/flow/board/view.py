@@ -52,7 +52,7 @@ def board_view(config: Config, *, scene: str, pixels: tuple[int, int], cell: flo
     geometry = PatchGeometry.of(opened, config.numbers, [camera.eye])
     table = Shelling(geometry, config, cell=cell, by_code=True).table
     record = screen_record(Screen(camera=camera, width=pixels[0], height=pixels[1]), geometry.coordinates)
-    clusters = config.noc.nodes
+    clusters = config.noc.clusters
     sections = len(tile_sections(record.columns, record.rows, config, clusters=clusters))
     phase = PhaseRequest(geometry=geometry, table=table, records=[record], hit_format=HitFormat.FULL, clusters=clusters)
     return View(job=plan_job([phase], config, ring_bits=sections.bit_length()), record=record, geometry=geometry)

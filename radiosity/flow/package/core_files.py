@@ -110,7 +110,7 @@ def core_files(top: str, *, config: Config, preset: str, period: float | None = 
         f"{name}.vhd": vhdl_component(name, about, facts["ports"]),
     }
     if TOPS[top].is_engine:
-        files[f"{name}.rdl"] = system_rdl(name, clusters=config.noc.nodes, counters=COUNTERS)
+        files[f"{name}.rdl"] = system_rdl(name, clusters=config.noc.clusters, counters=COUNTERS)
         files |= core_pages(COUNTERS)
         files |= software_files(name, config=config, counters=COUNTERS, sha256=facts["sha256"], buses=TOPS[top].buses)
     if TOPS[top].is_network:

@@ -94,7 +94,7 @@ TOPS = {
                period=10, make=lambda config: IntersectionUnit(config=config)),
     "ctu": Top(about="Cell traversal unit: the cells of the rays of subshells", period=11,
                make=lambda config: TraversalUnit(config=config,
-                                                 pipelines=config.ctu.traversal_pipelines(config.noc.nodes))),
+                                                 pipelines=config.ctu.traversal_pipelines(config.noc.clusters))),
     "network": Top(about="The patch network's routers and the links between them, with a port for each node", period=9,
                    make=lambda config: Network(**network_parameters(config)), is_network=True),
     "router": Top(about="Wormhole router of the patch network, its node an input", period=9, make=_router,

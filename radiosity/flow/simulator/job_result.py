@@ -127,7 +127,7 @@ class JobResult:
         rays sent, and grid rays requested divided by the size of a group. Intersection takes a cycle for each test, a
         patch four cycles.
         """
-        pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
+        pipelines = config.ctu.traversal_pipelines(config.noc.clusters)
         return {"traversal": max(max(
                     -(-one["traversal_steps"] // pipelines), one.get("traversal_cells", 0),
                     one.get("traversal_rays", 0), -(-one.get("traversal_requests", 0) // GRID_GROUP))

@@ -104,11 +104,11 @@ class MachineCaster(FixedFrusta):
 
     def summary(self) -> str:
         """The members above and what the simulation has overridden, in a line."""
-        efficiency = self.tested / max(1, self.cycles) / self._simulated.config.noc.nodes
+        efficiency = self.tested / max(1, self.cycles) / self._simulated.config.noc.clusters
         noc = self._simulated.config.noc
         rates = ", ".join(f"{kind} {one['rays'] / one['cycles']:.3f}" for kind, one in self.kinds.items())
         cells = ", ".join(f"{cell:g}" for cell in self.cells) + (" (chosen)" if self._cell is None else "")
-        return (f"machine: {counted(noc.nodes, 'cluster')}, {noc.topology}, cell {cells}, "
+        return (f"machine: {counted(noc.clusters, 'cluster')}, {noc.topology}, cell {cells}, "
                 f"{counted(self.jobs, 'job')}, {self.frusta} frusta, {self.rays} rays, {self.cycles} cycles, "
                 f"rays per cycle: {rates or 'none'}, pipeline efficiency {efficiency:.3f}, "
                 f"{self.tested / max(1, self.rays):.2f} tests per ray{overridden_text(self._changes)}")

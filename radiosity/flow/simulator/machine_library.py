@@ -89,7 +89,7 @@ class _Build:
         (self._work / "cluster.v").write_text(cluster)
         # One cluster is faster as a part of the whole. Several share one compiled module.
         objects = []
-        if self._config.noc.nodes > 1:
+        if self._config.noc.clusters > 1:
             # The model and what connects it, without Verilator's runtime, which the rest has.
             objects += [f"V{CLUSTER}/V{CLUSTER}__ALL.o", f"V{CLUSTER}/{CLUSTER}.o"]
             self._build_around_cluster(cluster, objects)

@@ -41,7 +41,7 @@ def simulation_config(config: Config, *, clusters: int | None, topology: str | N
     if topology is not None:
         changes["noc.topology"] = topology
     if clusters is not None:
-        changes["noc.columns"], changes["noc.rows"] = grid_shape(max(1, clusters))
+        changes["noc.columns"], changes["noc.rows"] = grid_shape(max(1, clusters) + config.noc.patch_nodes)
     return config.replace(changes)
 
 

@@ -22,7 +22,7 @@ def utilization(samples: list[tuple[int, list[dict[str, int]]]],
     samples
         Cycle and `SAMPLED` counters of each cluster, by ascending cycle; the first is of the start.
     """
-    pipelines = config.ctu.traversal_pipelines(config.noc.nodes)
+    pipelines = config.ctu.traversal_pipelines(config.noc.clusters)
     units = {"tests": ("intersection_tested", 1), "patches": ("intersection_patches", 4),
              "steps": ("traversal_steps", 1 / pipelines), "grid rays": ("traversal_rays", 1),
              "requests": ("traversal_requests", 1 / GRID_GROUP)}

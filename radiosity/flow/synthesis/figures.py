@@ -49,7 +49,7 @@ def pages() -> list[Path]:
 def with_tables(text: str, history: list[Record]) -> str:
     """A page with its tables and clocks filled in."""
     last = last_records(history)
-    machine = last.get(("ecp5", "board", machine_parameters(()), *MACHINE))
+    machine = last.get(("ecp5", "board", machine_parameters("board", ()), *MACHINE))
 
     def of(units, family="ecp5", preset=PRESET):
         keys = [(family, preset, "", block, unit) for block, names in units.items() for unit in names]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from golden.base.errors import InputError
 from golden.base.output import whole_file
+from golden.engine.config import PRESETS
 from radiosity.flow.synthesis.report import Row
 
 __all__ = ["HISTORY", "MACHINE", "ROOT", "Commit", "Record", "add_record", "last_records", "machine_parameters",
@@ -95,9 +96,9 @@ _NUMBERS = {"latency": lambda text: int(text) if text else None, "lut": int, "ff
             **dict.fromkeys(("mhz", "mhz_grade_8"), lambda text: tuple(map(float, text.split())))}
 
 
-def machine_parameters(assignments: tuple[str, ...]) -> str:
-    """The parameters of a record of a machine of one cluster, from those that were given."""
-    clusters = "noc.columns=1", "noc.rows=1"
+def machine_parameters(preset: str, assignments: tuple[str, ...]) -> str:
+    """The parameters of a record of a machine of one cluster, from those that were given beside the preset."""
+    clusters = () if PRESETS[preset].noc.clusters == 1 else ("noc.columns=1", "noc.rows=1")
     return " ".join((*(one for one in assignments if one not in clusters), *clusters))
 
 

@@ -47,7 +47,7 @@ class CastStore:
             digest.update(np.ascontiguousarray(array).tobytes())
         # Of the network a cast has the number of pipelines alone.
         parameters = {name: value for name, value in config.parameters().items() if not name.startswith("noc.")}
-        digest.update(json.dumps([parameters, config.ctu.traversal_pipelines(config.noc.nodes), asdict(timing)],
+        digest.update(json.dumps([parameters, config.ctu.traversal_pipelines(config.noc.clusters), asdict(timing)],
                                  sort_keys=True).encode())
         self._scene = digest.digest()
 

@@ -39,7 +39,7 @@ def cluster_timing(config: Config) -> ClusterTiming:
     """The timing of a cluster of a configuration with one node."""
     setup, pipeline = PatchSetup(config=config), IntersectionPipeline(
         config=config, update_latency=RayMemory(config=config, tag=0).latency)
-    traversal = RayTraversal(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.nodes))
+    traversal = RayTraversal(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.clusters))
     icu = config.icu
     return ClusterTiming(
         begin=SectionCast.latency + _BEGIN,

@@ -72,7 +72,7 @@ def job_timing(config: Config, *, latency: int) -> JobTiming:
         Cycles of main memory.
     """
     packer, writer = ResultPacker(config=config, group_bits=GROUP_BITS), BeatWriter(config=config)
-    merge, engine = WriteMerge(config=config, count=config.noc.nodes + 1), WriteEngine(config=config, tag=1)
+    merge, engine = WriteMerge(config=config, count=config.noc.clusters + 1), WriteEngine(config=config, tag=1)
     port = MainMemoryPort(config=config, tag=1)
     return JobTiming(
         first=JobDispatch.latency, dispatch=JobDispatch.latency + _SECTION, slot=FrustumSlot.latency + _KNOWN,

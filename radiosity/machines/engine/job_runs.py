@@ -138,7 +138,7 @@ class JobRun:
     @property
     def clusters(self) -> int:
         """Clusters of the machine."""
-        return self.config.noc.nodes
+        return self.config.noc.clusters
 
     @property
     def rays(self) -> int:
@@ -293,8 +293,8 @@ def check_results(prepared: PreparedJob, result: JobResult, config: Config) -> N
         for name, right in (("hits", _are_hits(found.hits, hits)),
                             ("sums", found.sums is None or np.array_equal(found.sums, sums))):
             if not right:
-                raise SystemExit(f"error: {prepared.scene.name}, {config.noc.nodes} clusters, frustum {number}: {name} "
-                                 "differ from the golden model's")
+                raise SystemExit(f"error: {prepared.scene.name}, {config.noc.clusters} clusters, frustum {number}: "
+                                 f"{name} differ from the golden model's")
 
 
 def _are_hits(found, expected):

@@ -257,7 +257,7 @@ class _Stages:
             cycles = max(cycles, lookups, *words)
         if stage is None:
             return cycles
-        passes = -(-stage.passes // config.ctu.traversal_pipelines(config.noc.nodes))
+        passes = -(-stage.passes // config.ctu.traversal_pipelines(config.noc.clusters))
         return max(cycles, stage.grid_rays, passes, len(stage.cells))
 
     def _window_requests(self, rays, window):

@@ -108,5 +108,5 @@ def simulate_job(job: Job, casts: CastStore, *, job_timing: JobTiming, load_timi
     times = run_queue(JobSections(
         near=np.array(near), free=np.array([cast.times.free for cast in made]),
         cycles=np.array([cast.times.cycles for cast in made]), rays=rays, hits=hits, sums=sums),
-        job_timing, clusters=clusters or config.noc.nodes, load=load_cycles(phase.image, load_timing))
+        job_timing, clusters=clusters or config.noc.clusters, load=load_cycles(phase.image, load_timing))
     return SimulatedJob(times=times, casts=tuple(made), words=words, beats=hits + sums)

@@ -83,7 +83,7 @@ def test_figures_of_the_machine_are_recorded(tools, monkeypatch, tmp_path):
     result = CliRunner().invoke(radiosity.cli.hw.main.main, ["board", "-o", str(tmp_path), "--record"])
     assert result.exit_code == 0, result.output
     record, = last_records(read_history(path)).values()
-    assert record.key == ("ecp5", "board", "noc.columns=1 noc.rows=1", "board", "BoardShell")
+    assert record.key == ("ecp5", "board", "", "board", "BoardShell")
     assert (record.lut, record.seeds, record.mhz, record.mhz_grade_8) == (1, (5, 6), (60.0, 50.0), ())
     assert (record.options, record.routing) == (" ".join(NEXTPNR), "wirelength-driven")
 
@@ -99,7 +99,7 @@ def test_bitstream(tmp_path):
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
-    (["-P", "noc.columns=3"], "a power of two"), (["--pixels", "96x64"], "at most 64 (icu.side_bits), not 96"),
+    (["-P", "noc.columns=4"], "a power of two"), (["--pixels", "96x64"], "at most 64 (icu.side_bits), not 96"),
     (["--scene", "nowhere"], "nowhere"), (["--record"], "which --no-bitstream leaves out"),
     (["--baud", "100"], "100 is not in the range")])
 def test_what_cannot_be_built_is_refused(tmp_path, capsys, arguments, message):

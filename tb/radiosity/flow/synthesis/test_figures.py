@@ -128,7 +128,7 @@ def test_a_unit_of_other_families_is_beside_its_own():
 
 def test_a_machine_that_is_routed_has_the_median_of_its_seeds():
     """In its table, of which the shares are of an ECP5-85, and in sentences."""
-    machine = replace(BEFORE, preset="board", parameters="noc.columns=1 noc.rows=1", block="board", unit="BoardShell",
+    machine = replace(BEFORE, preset="board", parameters="", block="board", unit="BoardShell",
                       lut=41_820, ff=8364, dsp=39, bram=52, seeds=(1, 2, 3, 4), mhz=(53.1, 50.0, 54.1, 51.1))
     marked = "<!-- area: machine -->\n<!-- area: end -->\nat <!-- routed -->old<!-- routed: end --> here\n"
     text = with_tables(marked, [machine, replace(machine, parameters="noc.columns=2", mhz=(1.0,), seeds=(1,))])
