@@ -59,7 +59,7 @@ ENGINE_REGISTERS = (
              is_address=True),
     Register(name="error", access=Access.READ, width=CODE_BITS, about="The first error of the machine itself, see "
              "below. Those of a descriptor are in its completion record."),
-    Register(name="error_cluster", access=Access.READ, about="The cluster concerned, if any."),
+    Register(name="error_cluster", access=Access.READ, about="The cluster or patch node concerned, if any."),
     Register(name="error_address", access=Access.READ, width=64,
              about="The byte of memory, or the cell or patch concerned."),
     Register(name="read_base", access=Access.WRITE, width=64, about="First byte that may be read. This and the "

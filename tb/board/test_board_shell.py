@@ -111,9 +111,9 @@ def test_hits_come_out_of_the_serial_line():
     assert sent[1].payload == view.job.descriptors.tobytes()
     load, *sections = np.sort(cast.completions, order="tag")
     assert (load["tag"], load["cluster"]) == (0, NO_CLUSTER)
-    # Each cluster casts a half, and needs patches of the other one, which it requests once each.
-    assert {one["cluster"] for one in sections} == {0, 1}
-    assert [(one["tag"], one["sums"], one["lap"]) for one in (load, *sections)] == [(tag, 0, 1) for tag in range(3)]
+    # The cluster casts all of it, and needs patches of the patch node, which it requests once each.
+    assert [one["cluster"] for one in sections] == [0]
+    assert [(one["tag"], one["sums"], one["lap"]) for one in (load, *sections)] == [(tag, 0, 1) for tag in range(2)]
     sources = patch_sources(cast.completions[1:])
     assert sources["own"].all()
     assert sources["remote"].all()

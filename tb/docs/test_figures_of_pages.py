@@ -93,12 +93,13 @@ def test_area_of_a_cluster():
 
 
 def test_two_clusters_of_the_board():
-    """One cluster with its shell, the units of another one and the network."""
+    """The machine, with the units of another cluster in place of the patch node."""
     page, last = " ".join((ROOT / "docs" / "board.md").read_text().split()), last_records(read_history())
     one = last["ecp5", "board", machine_parameters("board", ()), *MACHINE]
     more = [last["ecp5", "board", "", *unit] for unit in (
-        ("icu", "IntersectionUnit"), ("ctu", "TraversalUnit"), ("memsys", "MemorySystem"), ("noc", "PatchNetwork"))]
-    luts, multipliers = (count + sum(getattr(unit, name) for unit in more) for count, name in (
-        (one.lut, "lut"), (one.dsp, "dsp")))
+        ("icu", "IntersectionUnit"), ("ctu", "TraversalUnit"), ("memsys", "MemorySystem"))]
+    node = last["ecp5", "board", "", "memsys", "PatchNode"]
+    luts, multipliers = (getattr(one, name) - getattr(node, name) + sum(getattr(unit, name) for unit in more)
+                         for name in ("lut", "dsp"))
     assert (f"they are {luts:,} LUTs ({100 * luts / DEVICE[0]:.0f} %) without the second cluster's control, and "
             f"{multipliers} DSP blocks of {DEVICE[2]}.") in page

@@ -84,7 +84,7 @@ def made():
         original(self, *arguments, **given)
         found.setdefault(type(self), []).append(dict(self.signature.members.items()))
 
-    # With patch stores, subshell lists and shadow frusta, which no preset has together.
+    # With patch stores, subshell lists and shadow frusta, which no preset has together. Patch nodes are measured alone.
     config = PRESETS["small"].replace({"ctu.subshell_bits": 10, "ctu.subshell_barrier": 1, "icu.shadow_bits": 8})
     with mock.patch.object(wiring.Component, "__init__", note):
         # Exported routers have their node as an input, and so have their queues.

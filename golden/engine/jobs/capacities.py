@@ -35,7 +35,6 @@ def check_capacities(image: MemoryImage, config: Config) -> None:
         if value > most:
             raise InputError(f"memory image: {what.capitalize()} must be at most {most} ({parameter}), not {value}")
     if len(clusters) != config.noc.nodes:
-        raise InputError(f"memory image: It must be for {config.noc.nodes} clusters and patch nodes, "
-                         f"not {len(clusters)}")
+        raise InputError(f"memory image: It must be for {config.noc.nodes} nodes, not {len(clusters)}")
     if (clusters["processor"] != np.arange(len(clusters))).any():
         raise InputError("memory image: Cluster k must be processor k")

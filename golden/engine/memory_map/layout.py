@@ -116,8 +116,8 @@ REGIONS = (
         Field("cluster", "i4", f"{NONE}: main memory only, {EVERY_CLUSTER}: each cluster has a copy"),
         Field("address", "i4", f"local address there, {NONE}: none"),
     )),
-    Region("clusters", "phase", "cluster", "Preloaded tables. Residents that every cluster holds are those of cluster "
-           "0; the other clusters have none then.", (
+    Region("clusters", "phase", "cluster, then patch node", "Preloaded tables. Residents that every cluster holds are "
+           "those of cluster 0; the others have none then.", (
         Field("first_subshell", "u4", "first record in subshells"),
         Field("subshells", "u4", "records"),
         Field("first_resident", "u4", "first record in residents"),

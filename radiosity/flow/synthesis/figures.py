@@ -28,7 +28,7 @@ MAIN = {
 BOARD = {
     "icu": ("IntersectionUnit",),
     "ctu": ("TraversalUnit",),
-    "memsys": ("MemorySystem", "PatchStore", "SystemBusInterface"),
+    "memsys": ("MemorySystem", "PatchStore", "PatchNode", "SystemBusInterface"),
     "noc": ("PatchNetwork",),
 }
 # A table is between two comments. The first one names its content: the README's units, a block's, some of a block's,

@@ -93,7 +93,8 @@ UNITS = {
         # Patches, under all placements and without the fully associative one.
         "PatchCache": _patch_cache(tuple(CachePolicy)),
         "PatchCache-sets": _patch_cache((CachePolicy.DIRECT, CachePolicy.LRU)),
-        "MemorySystem": {}, "CellFilter": lambda config: _filter(config, 24, config.memsys.scene_cells),
+        "MemorySystem": {}, "PatchNode": {},
+        "CellFilter": lambda config: _filter(config, 24, config.memsys.scene_cells),
         "PatchFilter": lambda config: _filter(config, config.icu.patch_bits + 1, 1 << config.icu.patch_bits),
         "CellTable": {}, "PatchTable": {}, "PatchTypeMemory": {}, "LocalPatchGeometry": {}, "VertexMerge": {"count": 3},
         "LocalBusInterface": {}, "LocalBus": {"clusters": 2}, "CellFetch": {}, "PatchFetch": {},

@@ -5,7 +5,7 @@ import pytest
 from golden.engine.config import PRESETS, Config
 from golden.engine.config.parts import parts
 
-ALONE, NO_STORE = {"noc.columns": 1, "noc.rows": 1}, {"memsys.store_patches": 0}
+ALONE, NO_STORE = {"noc.columns": 1, "noc.rows": 1, "noc.patch_nodes": 0}, {"memsys.store_patches": 0}
 
 
 def missing(config):
@@ -39,6 +39,15 @@ def test_sizes_are_of_all_clusters():
         "6 x store of 8 patches, 4 requests", "12 in mesh 3 x 2"]
     assert parts(config.replace({"noc.networks": "virtual"}))[-1].size == "6 in mesh 3 x 2"
     assert parts(config.replace(ALONE))[0].size == "3 pipelines"
+
+
+def test_patch_nodes_have_patches_and_routers_alone():
+    config = PRESETS["tiny"].replace({"noc.columns": 3, "noc.patch_nodes": 1})
+    assert [part.size for part in parts(config)] == [
+        "2 x 2 pipelines", "2 x 4096 rays", "3 x 256 patches, caches of 256 and 256 lines",
+        "2 x store of 32 patches, 4 requests", "6 in mesh 3 x 1"]
+    assert "from cluster to cluster and to 1 patch node (noc.patch_nodes)" in parts(config)[-1].about
+    assert "from the cluster to 2 patch nodes (" in parts(config.replace({"noc.patch_nodes": 2}))[-1].about
 
 
 def test_a_store_is_left_out_by_its_option_alone():

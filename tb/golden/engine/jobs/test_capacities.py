@@ -18,7 +18,7 @@ def image():
 
 
 @pytest.mark.parametrize(("changes", "message"), [
-    ({"noc.columns": 4}, "It must be for 4 clusters, not 2"),
+    ({"noc.columns": 4}, "It must be for 4 nodes, not 2"),
     ({"memsys.scene_cells": 64, "memsys.own_cells": 64}, r"Cells must be at most 64 \(memsys.scene_cells\), not"),
     ({"ctu.grid_row_bits": 6, "ctu.grid_column_bits": 6},
      r"(Rows|Columns) of grid rays must be at most 64 \(ctu.grid_(row|column)_bits\), not")])
