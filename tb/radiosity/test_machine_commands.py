@@ -23,7 +23,9 @@ from golden.engine.cast.fixed_frusta import ShellingFrusta, shares
 from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.config import PRESETS
 from golden.engine.jobs.completion import COMPLETION
+from golden.engine.jobs.job import plan_job
 from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.jobs.run_job import run_job
 from golden.scene import Camera
 from golden.scene.open import open_scene
 from hw.cluster import COUNTERS
@@ -93,6 +95,9 @@ BAD = {
     "form factors": (("formfactors", "cornell", *ON, "-o", "a.txt"), "must end in .npz"),
     "rays": (("formfactors", "cornell", *ON, "-o", "a.npz", "--rays", "10x3"), "power"),
     "numbers": (("formfactors", "cornell", *ON, "-o", "a.npz", "-P", "numbers.scene_bits=18"), "numbers."),
+    "shadow frusta": (("formfactors", "cornell", *ON, "-o", "a.npz", "--rays", "64x16", "-P", "icu.shadow_bits=4", "-P",
+                       "icu.side_bits=7"),
+                      "Shadow frusta (icu.shadow_bits) need an icu.side_bits of at least 8 here, not 7"),
     "image": (("render", "cornell", *ON, "-o", "a.jpg"), "must end in .png or .exr"),
     "size": (("render", "cornell", *ON, "-o", "a.png", "--size", "5000x4"), "at most 4096 columns and rows of rays "
               "(icu.side_bits), not 10000 x 8"),
@@ -305,17 +310,45 @@ def test_sums_that_are_not_those_of_the_hits_are_refused(right):
         assert found(first, first, Rays(origin=point, direction=frames[:, 2])).patch == [-1]
 
 
-def test_the_host_casts_shadow_rays_in_the_machine_s_integers():
-    scene, config = open_scene("cornell"), simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
+def golden_machine(config):
+    """A machine that leaves what golden does of a job of one phase, after a cycle for each descriptor."""
+    def run(requests, **_):
+        job = plan_job(requests, config)
+        memory = bytearray(job.end)
+        for address, data in run_job(job).memory.items():
+            memory[address:address + len(data)] = data
+        tested = np.zeros(1, COMPLETION.dtype)
+        tested["tested"] = 1001
+        return SimpleNamespace(cycles=SimpleNamespace(total=len(job.descriptors)), frusta=(tuple(FrustumResult(
+            hits=job.hits(0, number, lambda address, size: bytes(memory[address:address + size])), sums=None,
+            records=tested) for number in range(len(requests[0].records))),))
+    return SimpleNamespace(config=config, run=run)
+
+
+@pytest.mark.parametrize("bits", [0, 5])
+def test_shadow_rays_are_blocked_as_by_shelling(bits):
+    """The host casts them where the machine has no shadow frusta; else a list that is too long is cast in parts."""
+    scene = open_scene("cornell")
+    config = simulation_config(PRESETS["tiny"], clusters=2, topology="mesh").replace(
+        {"icu.shadow_bits": bits, "icu.side_bits": 8})
     random, target = np.random.default_rng(1), np.arange(400) % len(scene)
     rays = ShadowRays(points=scene.centres[:1], surfaces=scene.surface[:1], light=np.zeros(400, dtype=int),
                       targets=np.einsum("kc,kci->ki", random.dirichlet(np.ones(4), 400), scene.vertices[target]),
                       normals=scene.normals[target])
-    machine, shelling = (caster.shadows(rays) for caster in (
-        MachineCaster(scene, SimpleNamespace(config=config), cell=0.5), ShellingFrusta(scene)))
+    caster = MachineCaster(scene, golden_machine(config), cell=0.5)
+    machine, shelling = (one.shadows(rays) for one in (caster, ShellingFrusta(scene)))
     np.testing.assert_array_equal(machine.blocked, shelling.blocked)
     np.testing.assert_array_equal(machine.cast, shelling.cast)
     assert 0 < machine.blocked.sum() < machine.cast.sum()
+    if not bits:
+        assert caster.kinds == {}
+        return
+    (name, counts), = caster.kinds.items()
+    assert name == "shadow frusta"
+    assert machine.cast.sum() - 32 < counts["rays"] <= machine.cast.sum()
+    assert counts["frusta"] > counts["rays"] / 32
+    assert counts["tests"] == caster.tested == 1001 * counts["frusta"] == machine.tests.sum()
+    assert f"rays per cycle: shadow frusta {counts['rays'] / caster.cycles:.3f}, " in caster.summary()
 
 
 def test_rays_and_cycles_of_screens_are_counted_apart():
@@ -326,7 +359,8 @@ def test_rays_and_cycles_of_screens_are_counted_apart():
     zero = np.zeros(1, dtype=np.int64)
     caster.screen(Screen(camera=camera, width=8, height=4), 2)(
         zero, zero, Rays(origin=np.zeros((1, 3)), direction=np.ones((1, 3))))
-    assert caster.kinds == {"hemispheres": {"rays": 9 * 64, "cycles": 9}, "screens": {"rays": 16 * 8, "cycles": 9}}
+    assert caster.kinds == {"hemispheres": {"frusta": 9, "rays": 9 * 64, "cycles": 9, "tests": 9 * 129},
+                            "screens": {"frusta": 1, "rays": 16 * 8, "cycles": 9, "tests": 257}}
     assert "rays per cycle: hemispheres 64.000, screens 14.222, pipeline efficiency" in caster.summary()
 
 
@@ -377,7 +411,8 @@ def test_cells_are_chosen_for_each_request(monkeypatch):
     assert tables[0] < tables[3]
     assert ", cell 0.5, 0.25 (chosen), 4 jobs, 12 frusta, " in caster.summary()
     assert caster.counts()["cells"] == {0.5: 6, 0.25: 6}
-    assert caster.counts()["kinds"] == {"hemispheres": {"rays": 12 * 64, "cycles": caster.cycles}}
+    assert caster.counts()["kinds"] == {"hemispheres": {
+        "frusta": 12, "rays": 12 * 64, "cycles": caster.cycles, "tests": 12 * 129}}
     assert f", rays per cycle: hemispheres {12 * 64 / caster.cycles:.3f}, " in caster.summary()
 
 

@@ -1,6 +1,7 @@
 """Frusta cast in the machine's integers, with hits in float64."""
 
 from abc import ABC, abstractmethod
+from collections import defaultdict
 from functools import partial
 
 import numpy as np
@@ -15,7 +16,7 @@ from golden.cast.screen import Screen
 from golden.cast.shadow_rays import ShadowHits, ShadowRays
 from golden.engine.cast.dense_windows import DenseWindows
 from golden.engine.cast.naive_fixed import NaiveFixed
-from golden.engine.cast.shadow_frusta import shadow_frusta
+from golden.engine.cast.shadow_frusta import LEAST, shadow_frusta
 from golden.engine.cast.shelling import Shelling
 from golden.engine.config import Config, Icu
 from golden.engine.frustum import FrustumRecord, hemisphere_record, screen_record
@@ -133,8 +134,8 @@ class FixedFrusta(ABC):
         self._sample(record, 1, coordinates)
         return _Bundles(self._oracle, cast, record, count=1, together=1).hits
 
-    def shadows(self, rays: ShadowRays) -> ShadowHits:
-        """What is between points of lights and shaded points.
+    def shadows(self, rays: ShadowRays, *, least: int = LEAST) -> ShadowHits:
+        """What is between points of lights and shaded points; see `shadow_frusta` for ``least``.
 
         Raises
         ------
@@ -144,16 +145,19 @@ class FixedFrusta(ABC):
         geometry = self._geometry_for(rays.points)
         hits = ShadowHits(cast=np.zeros(len(rays), dtype=bool), blocked=np.zeros(len(rays), dtype=bool),
                           tests=np.zeros(len(rays), dtype=np.int64), steps=np.zeros(len(rays), dtype=np.int64))
-        blocked_of = self._shadow_machine(geometry)
-        for rows, record, number in shadow_frusta(rays, geometry.coordinates):
-            blocked, tests, steps = blocked_of(record)
-            hits.cast[rows], hits.blocked[rows] = True, blocked[number]
-            hits.tests[rows], hits.steps[rows] = tests[number], shares(steps, len(rows))
+        cast = self._shadow_machine(geometry)
+        for group in _grouped(shadow_frusta(rays, geometry.coordinates, least=least), self.together):
+            found = cast([record for _, record, _ in group])
+            for (rows, _, number), (blocked, tests, steps) in zip(group, found, strict=True):
+                hits.cast[rows], hits.blocked[rows] = True, blocked[number]
+                hits.tests[rows], hits.steps[rows] = tests[number], shares(steps, len(rows))
         return hits
 
     @abstractmethod
     def _shadow_machine(self, geometry: PatchGeometry):
-        """Function from a shadow frustum to its blocked rays, the tests of each ray, and the frustum's cell steps."""
+        """Function from shadow frusta of the same grid to, for each of them, its blocked rays, the tests of each ray,
+        and its cell steps.
+        """
 
     def _sample(self, record, count, coordinates):
         """Keep some of the frusta that will be requested, evenly spread, and their coordinates."""
@@ -211,7 +215,7 @@ class NaiveFixedFrusta(FixedFrusta):
 
     def _shadow_machine(self, geometry):
         naive = NaiveFixed(geometry, CONFIG)
-        return lambda record: (naive.blocked(record), np.full(len(record), len(geometry)), 0)
+        return lambda records: [(naive.blocked(record), np.full(len(record), len(geometry)), 0) for record in records]
 
     def _machine(self, geometry):
         naive = NaiveFixed(geometry, CONFIG)
@@ -236,7 +240,18 @@ def blocked_by_shelling(geometry: PatchGeometry, cell: float):
         tests = np.zeros(len(record), dtype=np.int64)
         blocked, counts = shelling.blocked(record, ray_tests=tests)
         return blocked, tests, counts.cell_steps
-    return cast
+    return lambda records: map(cast, records)
+
+
+def _grouped(frusta, most):
+    """Frusta of the same grid, as many as have at most so many positions together, and one at least."""
+    held = defaultdict(list)
+    for one in frusta:
+        size = len(one[1])
+        held[size].append(one)
+        if size * (len(held[size]) + 1) > most:
+            yield held.pop(size)
+    yield from held.values()
 
 
 class _Bundles:

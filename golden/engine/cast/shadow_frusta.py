@@ -16,10 +16,10 @@ from golden.engine.frustum.shadow_record import ShadowRecord, position, shadow_r
 from golden.engine.icu.inverse_distance import encode
 from golden.engine.scene.g_coordinates import GCoordinates
 
-__all__ = ["LEAST", "shadow_ends", "shadow_frusta"]
+__all__ = ["LEAST", "MOST_BITS", "shadow_ends", "shadow_frusta"]
 
-# A frustum has at least so many rays, and a grid of 2^FEWEST_BITS to 2^MOST_BITS positions an axis, with at most SHARE
-# of its positions taken if it can.
+# Rays of a frustum, at least. Its grid has 2^FEWEST_BITS to 2^MOST_BITS positions an axis, with at most SHARE of its
+# positions taken if it can.
 LEAST = 16
 FEWEST_BITS, MOST_BITS = 4, 8
 SHARE = 1 / 32
@@ -29,10 +29,18 @@ AXES = np.array([[[0, 1, 0], [0, 0, 1], [1, 0, 0]], [[0, 0, 1], [1, 0, 0], [0, 1
                  [[1, 0, 0], [0, 0, 1], [0, -1, 0]], [[0, 1, 0], [1, 0, 0], [0, 0, -1]]], dtype=np.float64)
 
 
-def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates) -> Iterator[tuple[np.ndarray, ShadowRecord, np.ndarray]]:
+def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates, *,
+                  least: int = LEAST) -> Iterator[tuple[np.ndarray, ShadowRecord, np.ndarray]]:
     """The frusta of shadow rays; rays that are in none are too few for one.
 
     A ray's direction and end depend on it alone, so what blocks it does not depend on the other rays of its frustum.
+
+    Parameters
+    ----------
+    rays, coordinates
+        The rays, and the coordinates of the scene.
+    least
+        Rays of a frustum, at least. With 1 every ray is in one.
 
     Yields
     ------
@@ -45,12 +53,12 @@ def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates) -> Iterator[tuple
     part = 6 * rays.light + along + 3 * (np.take_along_axis(offset, along[:, None], axis=1)[:, 0] < 0)
     order = np.argsort(part, kind="stable")
     for rows in np.split(order, np.flatnonzero(np.diff(part[order])) + 1):
-        if len(rows) < LEAST:
+        if len(rows) < least:
             continue
         light, sixth = divmod(int(part[rows[0]]), 6)
         slopes, end = _encoded(offset[rows] @ AXES[sixth].T, rays.normals[rows] @ AXES[sixth].T, coordinates.numbers)
         bits = int(np.clip(np.ceil(np.log2(len(rows) / SHARE) / 2), FEWEST_BITS, MOST_BITS))
-        for these in _apart(position(slopes, bits, coordinates.numbers)):
+        for these in _apart(position(slopes, bits, coordinates.numbers), least):
             record, number = shadow_record(
                 coordinates, origins[light], AXES[sixth], bits, slopes=slopes[these], end=end[these],
                 source=int(rays.surfaces[light]))
@@ -85,7 +93,7 @@ def _encoded(offset: np.ndarray, normal: np.ndarray, numbers: Numbers):
     return slopes, encode(np.ceil(mantissa * 2.0**30).astype(np.int64), exponent - 30, numbers, up=True)
 
 
-def _apart(position):
+def _apart(position, least):
     """Parts of K rays, the largest first, in which no two have the same position; none is too small."""
     order = np.argsort(position, kind="stable")
     first = np.flatnonzero(np.diff(position[order], prepend=-1))
@@ -93,5 +101,5 @@ def _apart(position):
     rank[order] = np.arange(len(order)) - np.repeat(first, np.diff(np.append(first, len(order))))
     for number in range(int(rank.max()) + 1):
         these = np.flatnonzero(rank == number)
-        if len(these) >= LEAST:
+        if len(these) >= least:
             yield these

@@ -12,11 +12,11 @@ X_BIT, Y_BIT, END_BIT = 0, 20, 40
 
 
 def pack_rays(record: ShadowRecord) -> np.ndarray:
-    """The words of the rays that something may block, in the order of their numbers: K uint64, little-endian.
+    """The words of the `ShadowRecord.listed` rays, in their order: K uint64, little-endian.
 
     The upper bits of x and of y are the ray's column and row, the others its offset.
     """
-    number = np.flatnonzero(record.end < record.numbers.inverse.high)
+    number = record.listed
     row, column = np.divmod(number, record.columns)
     x, y = (record.directions(column, row)[:, :2] + (1 << record.numbers.direction_fraction)).T.astype(np.uint64)
     end = record.end[number].astype(np.uint64)

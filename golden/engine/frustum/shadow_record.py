@@ -1,6 +1,6 @@
 """The record of a shadow frustum: rays from a point of a light to shaded points."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,23 @@ class ShadowRecord(FrustumRecord):
     def spread(self) -> int:
         """Half the width of a position, see `FrustumRecord.spread`."""
         return 1 << self.numbers.direction_fraction - self.column_bits
+
+    @property
+    def listed(self) -> np.ndarray:
+        """Numbers of the rays that something may block, int64 in ascending order: those of its list."""
+        return np.flatnonzero(self.end < self.numbers.inverse.high)
+
+    def parts(self, most: int) -> list["ShadowRecord"]:
+        """Frusta of the same grid that have its `listed` rays together, at most so many each, in their order."""
+        listed, parts = self.listed, []
+        if 0 < len(listed) <= most:
+            return [self]
+        for first in range(0, len(listed), most):
+            own = listed[first:first + most]
+            end = np.full_like(self.end, self.numbers.inverse.high)
+            end[own] = self.end[own]
+            parts.append(replace(self, end=end))
+        return parts
 
     def directions(self, column, row) -> np.ndarray:
         """See `FrustumRecord.directions`."""

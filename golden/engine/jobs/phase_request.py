@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from golden.engine.config import Config
 from golden.engine.frustum import FrustumRecord
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.frustum_cycles import frustum_cycles
 from golden.engine.jobs.job import PhaseRequest
 from golden.engine.jobs.tile_sections import most_sections
@@ -41,6 +44,8 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     lists, the sparse casting makes them and chooses resident sets. Elsewhere cycles are predicted if the order of the
     queue matters: of more frusta than clusters, and of more clusters than one.
 
+    Shadow frusta have no subshell lists, and are cut by their rays and positions: each of both counts as a half.
+
     Parameters
     ----------
     records, geometry, table
@@ -66,13 +71,23 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     clusters = sections_per_frustum(len(records), casting) if clusters is None else clusters
     clusters = min(clusters, most_sections(first.columns, first.rows, config))
     plan = workload = cycles = None
-    if config.ctu.subshells:
+    is_shadow = first.bundle == Bundle.SHADOW
+    if config.ctu.subshells and not is_shadow:
         plan = machine_schedule(reference or first, geometry, table, config, ratio=ratio)
     else:
-        if clusters > 1:
+        if clusters > 1 and is_shadow:
+            workload = _rays_and_positions(records)
+        elif clusters > 1:
             found = low_density(reference or first, geometry, table, config, ratio=ratio)
             workload = found.frusta.share(found.tests)
         if len(records) > casting > 1:
             cycles = frustum_cycles(records, geometry, table, config)
     return PhaseRequest(geometry=geometry, table=table, records=records, clusters=clusters, cycles=cycles,
                         workload=workload, plan=plan, **results)
+
+
+def _rays_and_positions(records):
+    """Rows x columns float64: of each position its share of all rays of shadow frusta, and of all positions."""
+    size = len(records[0])
+    rays = np.bincount(np.concatenate([record.listed for record in records]), minlength=size)
+    return (rays / max(1, rays.sum()) + 1 / size).reshape(records[0].rows, records[0].columns)

@@ -1,22 +1,27 @@
 """The simulated machine as a caster of frusta for the renderer."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from golden.base.errors import InputError
 from golden.base.plural import counted
 from golden.base.progress_bar import progress_bar
-from golden.engine.cast.fixed_frusta import CELL, CONFIG, FixedFrusta, blocked_by_shelling, shares
+from golden.engine.cast.fixed_frusta import CELL, CONFIG, SAMPLES, FixedFrusta, blocked_by_shelling, shares
+from golden.engine.cast.shadow_frusta import MOST_BITS
 from golden.engine.config import Config
 from golden.engine.frustum import FrustumRecord
+from golden.engine.frustum.bundle import Bundle
+from golden.engine.frustum.shadow_record import ShadowRecord
 from golden.engine.jobs.job import PhaseRequest
 from golden.engine.jobs.phase_request import phase_request
 from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.cell_choice import choose_cell
 from golden.engine.schedule.job_shelling import job_shelling
 from golden.scene.scene import Scene
+from radiosity.flow.simulator.job_result import FrustumResult
 from radiosity.flow.simulator.simulated_machine import SimulatedMachine
 from radiosity.flow.simulator.simulation_config import overridden_text
 
@@ -24,13 +29,17 @@ __all__ = ["MachineCaster"]
 
 # Rays of a frustum for each ray cast to schedule it.
 RATIO = 16
+# Names of kinds of frusta.
+KINDS = {Bundle.HEMISPHERE: "hemispheres", Bundle.SCREEN: "screens", Bundle.SHADOW: "shadow frusta"}
 
 
 class MachineCaster(FixedFrusta):
     """Casts hemispheres and screens on a machine, with the hits of `golden.engine.cast.fixed_frusta.ShellingFrusta`.
 
-    All hemispheres of a request are one job, or several of `together` rays each; so is a screen. Of the hits the
-    machine writes the patches; positions follow from rays and patches. The machine's sums of a hemisphere are compared
+    All hemispheres of a request are one job, or several of `together` rays each; so is a screen, and so are shadow
+    frusta of the same grid on a machine with ``icu.shadow_bits``. Without them the host casts shadow rays, in the
+    integers of the other frusta. A shadow frustum whose list is too long is cast part by part. Of the hits the machine
+    writes the patches; positions follow from rays and patches. The machine's sums of a hemisphere are compared
     with its hits. The tests and cell steps of a frustum are divided evenly among its rays.
 
     Parameters
@@ -54,12 +63,13 @@ class MachineCaster(FixedFrusta):
     cells
         Frusta by cell size.
     kinds
-        Of ``hemispheres`` and of ``screens``: rays and cycles.
+        Of ``hemispheres``, ``screens`` and ``shadow frusta``: frusta, rays, cycles and tests. Rays of a shadow frustum
+        are those of its list.
 
     Raises
     ------
     InputError
-        Cell size out of range, or the machine's number formats are not those of golden's frusta.
+        Cell size out of range, or see `check`.
     RuntimeError
         The machine's sums are not those of its hits.
     """
@@ -74,6 +84,7 @@ class MachineCaster(FixedFrusta):
         self.jobs = self.frusta = self.rays = self.cycles = self.tested = 0
         self.cells: dict[float, int] = {}
         self.kinds: dict[str, dict[str, int]] = {}
+        self._shadow_cells: _Cells | None = None
         super().__init__(scene)
 
     @staticmethod
@@ -83,10 +94,13 @@ class MachineCaster(FixedFrusta):
         Raises
         ------
         InputError
-            Its number formats are not those of golden's frusta.
+            Its number formats are not those of golden's frusta, or its shadow frusta are smaller.
         """
         if config.numbers != CONFIG.numbers:
             raise InputError("machine: Number formats (numbers.*) must be the default ones for images and form factors")
+        if config.icu.shadow_bits and config.icu.side_bits < MOST_BITS:
+            raise InputError(f"machine: Shadow frusta (icu.shadow_bits) need an icu.side_bits of at least {MOST_BITS} "
+                             f"here, not {config.icu.side_bits}")
 
     def hemispheres(self, hemisphere, points, frames, surfaces):
         """See `FixedFrusta`."""
@@ -122,44 +136,87 @@ class MachineCaster(FixedFrusta):
         return samples
 
     def _shadow_machine(self, geometry):
-        # The host casts shadow rays, in the integers of the other frusta.
-        return blocked_by_shelling(geometry, CELL)
+        config = self._simulated.config
+        if not config.icu.shadow_bits:
+            return blocked_by_shelling(geometry, CELL)
+        if self._shadow_cells is None or self._shadow_cells.geometry is not geometry:
+            self._shadow_cells = _Cells(geometry, config, self._cell)
+        cells = self._shadow_cells
+
+        def cast(records: Sequence[ShadowRecord]):
+            parts = [record.parts(config.icu.listed_rays) for record in records]
+            together = [part for own in parts for part in own]
+            found = iter(())
+            if together:
+                table = self._table(cells, together, together[::len(together) // SAMPLES + 1])
+                found = self._results(phase_request(together, geometry, table, config, ratio=RATIO,
+                                                    hit_format=HitFormat.IDS))
+            for record, own in zip(records, parts, strict=True):
+                blocked, tests, steps = np.zeros(len(record), dtype=bool), np.zeros(len(record), dtype=np.int64), 0
+                for part in own:
+                    one = next(found)
+                    blocked |= one.hits >= 0
+                    tests[part.listed] = shares(one.total("tested"), len(part.listed))
+                    steps += one.total("steps")
+                yield blocked, tests, steps
+        return cast
 
     def _machine(self, geometry: PatchGeometry):
         config = self._simulated.config
-        table, cell = None, self._cell
+        cells = _Cells(geometry, config, self._cell)
 
         def cast(records: Sequence[FrustumRecord]):
-            nonlocal table, cell
-            if self._cell is None and ((samples := self._samples_in(geometry)) or cell is None):
-                chosen = choose_cell(samples or records[:1], geometry, config).cell
-                if chosen != cell:
-                    table, cell = None, chosen
-            if table is None:
-                table = job_shelling(geometry, config, cell=cell).table
-            self.cells[cell] = self.cells.get(cell, 0) + len(records)
+            again = self._samples_in(geometry) if self._cell is None else ()
+            table = self._table(cells, records, records[:1], again)
             weights = None if records[0].is_screen else self._weights
-            return self._results(phase_request(
-                records, geometry, table, config, ratio=RATIO, weights=weights, hit_format=HitFormat.IDS,
-                sums=weights is not None))
+            request = phase_request(records, geometry, table, config, ratio=RATIO, weights=weights,
+                                    hit_format=HitFormat.IDS, sums=weights is not None)
+            for record, one in zip(records, self._results(request), strict=True):
+                if one.sums is not None and (one.sums != _sums_of(record, one.hits, request)).any():
+                    raise RuntimeError("The machine's sums are not those of its hits")
+                yield one.hits, *(shares(one.total(name), len(record)) for name in ("tested", "steps"))
         return cast
 
-    def _results(self, request: PhaseRequest):
-        """Patch, tests and steps of each ray of each frustum."""
+    def _table(self, cells, records, *samples):
+        """The cells for some frusta, which are counted."""
+        table = cells.table(*samples)
+        self.cells[cells.cell] = self.cells.get(cells.cell, 0) + len(records)
+        return table
+
+    def _results(self, request: PhaseRequest) -> Iterator[FrustumResult]:
+        """The results of each frustum."""
         with progress_bar(desc="machine", unit="section", delay=2, leave=False, disable=not self._progress) as bar:
             done = self._simulated.run([request], progress=lambda completed: bar.update(completed - bar.n))
-        (frusta,), count = done.frusta, len(request.records[0])
-        self.jobs, self.frusta, self.rays = self.jobs + 1, self.frusta + len(frusta), self.rays + len(frusta) * count
-        kind = self.kinds.setdefault("screens" if request.records[0].is_screen else "hemispheres",
-                                     {"rays": 0, "cycles": 0})
-        kind["rays"] += len(frusta) * count
-        kind["cycles"] += done.cycles.total
-        self.cycles += done.cycles.total
-        for record, one in zip(request.records, frusta, strict=True):
-            if one.sums is not None and (one.sums != _sums_of(record, one.hits, request)).any():
-                raise RuntimeError("The machine's sums are not those of its hits")
-            self.tested += one.total("tested")
-            yield one.hits, *(shares(one.total(name), count) for name in ("tested", "steps"))
+        (frusta,) = done.frusta
+        counts = {"frusta": len(frusta), "rays": sum(map(_rays, request.records)), "cycles": done.cycles.total,
+                  "tests": sum(one.total("tested") for one in frusta)}
+        self.jobs, self.frusta, self.rays = self.jobs + 1, self.frusta + counts["frusta"], self.rays + counts["rays"]
+        self.cycles, self.tested = self.cycles + counts["cycles"], self.tested + counts["tests"]
+        kind = self.kinds.setdefault(KINDS[request.records[0].bundle], dict.fromkeys(counts, 0))
+        for name, count in counts.items():
+            kind[name] += count
+        return iter(frusta)
+
+
+class _Cells:
+    """The cells of patches: of the size that is given, or else of the one that is chosen for some frusta."""
+
+    def __init__(self, geometry: PatchGeometry, config: Config, cell: float | None):
+        self.geometry, self.cell, self._config = geometry, cell, config
+        self._made: CellTable | None = None
+
+    def table(self, first: Sequence[FrustumRecord], again: Sequence[FrustumRecord] = ()) -> CellTable:
+        """The cells; their size, unless given, is chosen for ``again`` if there are any, else once for ``first``."""
+        samples = again or (first if self.cell is None else ())
+        chosen = choose_cell(samples, self.geometry, self._config).cell if samples else self.cell
+        if self._made is None or chosen != self.cell:
+            self.cell = chosen
+            self._made = job_shelling(self.geometry, self._config, cell=chosen).table
+        return self._made
+
+
+def _rays(record):
+    return len(record.listed) if record.bundle == Bundle.SHADOW else len(record)
 
 
 def _sums_of(record, patch, request):
