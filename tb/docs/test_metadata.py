@@ -5,6 +5,7 @@ import re
 import tomllib
 
 from tb.docs.language import ROOT
+from tb.docs.page_commands import pages
 
 NEEDED = ("gcc", "g++", "make", "perl")
 
@@ -28,3 +29,8 @@ def test_the_container_has_what_the_readme_requires():
 
 def test_the_readme_is_short():
     assert len((ROOT / "README.md").read_text().splitlines()) <= 90
+
+
+def test_the_pages_have_at_most_40000_words():
+    """A fact that is added replaces another one, or a sentence that says it twice."""
+    assert sum(len(page.read_text().split()) for page in pages()) <= 40_000
