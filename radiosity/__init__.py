@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from radiosity.api.load import load as load
     from radiosity.api.machine import machine as machine
     from radiosity.api.render import render as render
+    from radiosity.api.visible import visible as visible
     from radiosity.tasks.machine_cast import MachineCastResult as MachineCastResult
 
     __version__: str
@@ -63,6 +64,7 @@ _MODULES = {
     "render": "radiosity.api.render",
     "sky": "radiosity.api.lights",
     "view_factors": "golden.light.factors.interface",
+    "visible": "radiosity.api.visible",
 }
 
 __all__ = [*_MODULES, "__version__"]

@@ -1,7 +1,6 @@
 """Casting with Embree, whose finds are judged in float64."""
 
 import ctypes
-from importlib import import_module
 
 import numpy as np
 
@@ -62,7 +61,7 @@ class Embree(RayCaster):
     Raises
     ------
     ModuleNotFoundError
-        There is no wheel of embreex, or no numba.
+        There is no wheel of embreex.
     InputError
         Jobs out of range, float64 does not resolve the scene, or the compiler is switched off.
     """
@@ -70,7 +69,6 @@ class Embree(RayCaster):
     def __init__(self, scene: Scene, *, jobs: int | None = None, progress: bool = False):
         embree_library()
         if not has_embree():
-            import_module("numba")
             raise InputError("Method embree needs numba's compiler, which NUMBA_DISABLE_JIT switches off")
         from golden.cast import embree_kernel, near_kernel
         from golden.cast.embree_scene import EmbreeScene

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.compiled import compiled, is_compiler_active
+from golden.base.compiled import compiled
 from golden.base.errors import InputError
 from golden.base.plural import counted
 
@@ -53,7 +53,7 @@ class Rays:
         if len(self.direction) != count:
             raise InputError(f"rays: Direction must have as many rows as origin, not {len(self.direction)} for {count}",
                              parameter="direction")
-        if not (is_compiler_active() and _all_castable(self.origin, self.direction)):
+        if not _all_castable(self.origin, self.direction):
             self._refuse_others()
         endless = self.tmax is None
         for name, dtype, default in (("source", np.int32, -1), ("tmax", np.float64, np.inf), ("target", np.int32, -1)):

@@ -41,7 +41,7 @@ class ShadowHits:
     Parameters
     ----------
     cast
-        R bool: the ray was cast; else too few rays share its point and its direction.
+        R bool: the ray was cast; else too few rays share its point and its direction, or it has no length.
     blocked
         R bool: a patch is between the two points; False for rays that were not cast.
     tests, steps

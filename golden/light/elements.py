@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from golden.base.compiled import compiled, is_compiler_active
+from golden.base.compiled import compiled
 from golden.cast.rays import Hits
 from golden.light.lattice import Lattice, LatticePosition
 from golden.scene.refine import Refinement
@@ -76,12 +76,7 @@ class Elements:
 
     def seen(self, direction: np.ndarray, hits: Hits) -> np.ndarray:
         """The elements that rays with the directions K x 3 hit, or -1: nothing, or the back of a one-sided patch."""
-        met = hits.patch >= 0
-        patch = np.where(met, hits.patch, 0)
-        if not is_compiler_active():
-            front = np.einsum("rj,rj->r", direction, self._scene.normals[patch]) < 0
-            return np.where(met, self.number(patch, hits.u, hits.v, front), -1)
-        element = self._refinement.locate(patch, hits.u, hits.v)
+        element = self._refinement.locate(np.maximum(hits.patch, 0), hits.u, hits.v)
         _choose_sides(direction, hits.patch, self._scene.normals, self._back, element)
         return element
 

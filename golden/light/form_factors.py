@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy import sparse
 
-from golden.base.compiled import compiled, is_compiler_active
+from golden.base.compiled import compiled
 from golden.base.errors import InputError
 from golden.base.progress_bar import progress_bar
 from golden.base.spread import Spread, in_turn, spans
@@ -279,10 +279,7 @@ class PatchRows:
 def _hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray):
     """One ray for each pair of a sample and a direction."""
     direction = np.empty((len(ray), 3))
-    if is_compiler_active():
-        _rotate(hemisphere.directions, frames, ray, sample, direction)
-    else:
-        np.einsum("rk,rki->ri", hemisphere.directions[ray], frames[sample], out=direction)
+    _rotate(hemisphere.directions, frames, ray, sample, direction)
     return Rays(points[sample], direction, source=surfaces[sample])
 
 
@@ -300,12 +297,6 @@ def _entries(owner, weight, column, columns):
 
     Columns of an owner are in any order.
     """
-    if not is_compiler_active():
-        seen = np.flatnonzero((column >= 0) & (weight > 0))
-        low = owner.min(initial=0)
-        part = sparse.coo_array((weight[seen], (owner[seen] - low, column[seen])),
-                                shape=(owner.max(initial=low) - low + 1, columns)).tocsr().tocoo()
-        return part.data, part.row + low, part.col
     total, row, met = np.empty((3, len(owner)), dtype=np.int64)
     count = _sum_by_column(owner, weight, column, np.zeros(columns, dtype=np.int64), total, row, met)
     return total[:count].copy(), row[:count].copy(), met[:count].copy()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.base.compiled import compiled, is_compiler_active
+from golden.base.compiled import compiled
 
 __all__ = ["light_weights"]
 
@@ -29,15 +29,13 @@ def light_weights(position: np.ndarray, normal: np.ndarray, vertices: np.ndarray
         L each: emitted power, and squared largest distance of a corner from the centre.
     """
     points = np.concatenate([vertices, centre[:, None]], axis=1)
-    if not is_compiler_active():
-        return _on_arrays(position, normal, points, front, two_sided, power, radius2)
     weight = np.empty((len(position), len(points)))
-    _compiled(position, normal, points, front, two_sided, power, radius2, weight)
+    _weigh(position, normal, points, front, two_sided, power, radius2, weight)
     return weight
 
 
 @compiled
-def _compiled(position, normal, points, front, two_sided, power, radius2, weight):
+def _weigh(position, normal, points, front, two_sided, power, radius2, weight):
     for m in range(len(position)):
         px, py, pz = position[m]
         nx, ny, nz = normal[m]
@@ -51,17 +49,3 @@ def _compiled(position, normal, points, front, two_sided, power, radius2, weight
             seen = highest >= HORIZON and (facing > 0 or two_sided[light])
             cosine = min(1.0, (abs(facing) + BLUR * np.sqrt(radius2[light])) / max(np.sqrt(distance2), 1e-300))
             weight[m, light] = highest * cosine * power[light] / (distance2 + radius2[light]) if seen else 0.0
-
-
-def _on_arrays(position, normal, points, front, two_sided, power, radius2):
-    weight = np.zeros((len(position), len(points)))
-    for corner in np.moveaxis(points, 1, 0):
-        toward = corner - position[:, None]
-        cosine = np.einsum("mlj,mj->ml", toward, normal)
-        length = np.sqrt(np.einsum("mlj,mlj->ml", toward, toward))
-        np.maximum(weight, cosine / np.maximum(length, 1e-300), out=weight)
-    weight[weight < HORIZON] = 0
-    facing = -np.einsum("mlj,lj->ml", toward, front)
-    weight *= (facing > 0) | two_sided
-    weight *= np.minimum(1.0, (np.abs(facing) + BLUR * np.sqrt(radius2)) / np.maximum(length, 1e-300))
-    return weight * power / (np.einsum("mlj,mlj->ml", toward, toward) + radius2)

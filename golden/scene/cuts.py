@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.base.compiled import compiled, is_compiler_active
+from golden.base.compiled import compiled
 
 __all__ = ["Cuts"]
 
@@ -41,18 +41,8 @@ class Cuts:
 
     def cells(self, patch: np.ndarray, axis: int, place: np.ndarray) -> np.ndarray:
         """Places from 0 to 1 along u (``axis`` 0) or v (1) of K patches, in cells."""
-        if is_compiler_active():
-            result = np.empty(len(place))
-            _cells(patch, place, self.counts[:, axis], self._place, self._knots[axis], self._start[axis], result)
-            return result
-        result = place * self.counts[patch, axis]
-        some = np.flatnonzero(self.has_knots(patch))
-        if len(some):
-            knots, start = self._knots[axis], self._start[axis, patch[some]]
-            moved = np.clip(place[some], 0, 1) + self._place[patch[some]]
-            low = np.searchsorted(knots, moved, side="right") - 1
-            low = np.clip(low, start, start + self.counts[patch[some], axis] - 1)
-            result[some] = low - start + (moved - knots[low]) / (knots[low + 1] - knots[low])
+        result = np.empty(len(place))
+        _cells(patch, place, self.counts[:, axis], self._place, self._knots[axis], self._start[axis], result)
         return result
 
     def places(self, patch: np.ndarray, axis: int, cells: np.ndarray) -> np.ndarray:

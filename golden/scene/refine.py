@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.compiled import compiled, is_compiler_active
+from golden.base.compiled import compiled
 from golden.base.errors import InputError
 from golden.scene.cuts import Cuts
 from golden.scene.scene import Scene
@@ -57,17 +57,9 @@ class Refinement:
         in_triangle = self.is_triangle[patch]
         along = self.cuts.cells(patch, 0, np.where(in_triangle, u * (1 - v), u))
         up = self.cuts.cells(patch, 1, v)
-        if is_compiler_active():
-            element = np.empty(len(patch), dtype=np.int64)
-            _locate(patch, along, up, self.cuts.counts, self.is_triangle, self.first, element)
-            return element
-        cuts = self.cuts.counts[patch]
-        row = np.clip(np.floor(up), 0, cuts[:, 1] - 1).astype(np.int64)
-        last = np.where(in_triangle, cuts[:, 0] - 1 - row, cuts[:, 0] - 1)
-        column = np.clip(np.floor(along), 0, last).astype(np.int64)
-        turned = (along - column + up - row > 1) & (column < last)
-        return self.first[patch] + np.where(in_triangle, row * (2 * cuts[:, 0] - row) + 2 * column + turned,
-                                            row * cuts[:, 0] + column)
+        element = np.empty(len(patch), dtype=np.int64)
+        _locate(patch, along, up, self.cuts.counts, self.is_triangle, self.first, element)
+        return element
 
 
 @compiled

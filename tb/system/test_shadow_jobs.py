@@ -14,10 +14,10 @@ from golden.engine.jobs.result_formats import HitFormat
 from golden.engine.jobs.run_job import run_job
 from golden.scene.open import open_scene
 from tb.golden.engine.cast.test_shadow_frusta import drawn_rays
-from tb.system.job_machine import BASE, CONFIGS, JobMachine
+from tb.system.job_machine import BASE, CONFIGS, SHADOWS, JobMachine
 from tb.system.scenes import geometry, phase
 
-CONFIG = CONFIGS[2].replace({"icu.shadow_bits": 7})
+CONFIG = CONFIGS[2].replace(SHADOWS)
 CELL = 0.25
 
 

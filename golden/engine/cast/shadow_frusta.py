@@ -31,7 +31,7 @@ AXES = np.array([[[0, 1, 0], [0, 0, 1], [1, 0, 0]], [[0, 0, 1], [1, 0, 0], [0, 1
 
 def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates, *,
                   least: int = LEAST) -> Iterator[tuple[np.ndarray, ShadowRecord, np.ndarray]]:
-    """The frusta of shadow rays; rays that are in none are too few for one.
+    """The frusta of shadow rays; rays that are in none are too few for one, or have no length.
 
     A ray's direction and end depend on it alone, so what blocks it does not depend on the other rays of its frustum.
 
@@ -40,7 +40,7 @@ def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates, *,
     rays, coordinates
         The rays, and the coordinates of the scene.
     least
-        Rays of a frustum, at least. With 1 every ray is in one.
+        Rays of a frustum, at least. With 1 every ray with a length is in one.
 
     Yields
     ------
@@ -51,7 +51,9 @@ def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates, *,
     offset = (rays.targets - coordinates.points(origins)[rays.light]) * coordinates.scale
     along = np.argmax(np.abs(offset), axis=1)
     part = 6 * rays.light + along + 3 * (np.take_along_axis(offset, along[:, None], axis=1)[:, 0] < 0)
-    order = np.argsort(part, kind="stable")
+    # A target at the light's very point has no direction.
+    away = np.flatnonzero(offset.any(axis=1))
+    order = away[np.argsort(part[away], kind="stable")]
     for rows in np.split(order, np.flatnonzero(np.diff(part[order])) + 1):
         if len(rows) < least:
             continue

@@ -4,9 +4,8 @@ from functools import cache
 
 import numpy as np
 
-from golden.base.compiled import is_compiler_active
 from golden.light.factors.edge_integrals import edge_integrals
-from golden.light.factors.pair_kernel import exchange, exchange_of_far, gauss_point, heights, nearness, plane
+from golden.light.factors.pair_kernel import exchange_of_far
 
 __all__ = ["exchange_areas"]
 
@@ -44,39 +43,13 @@ def exchange_areas(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _exchange(first, second):
-    total, kind, over = (_far_compiled if is_compiler_active() else _far_on_arrays)(first, second)
+    total, kind, over = np.empty(len(first)), np.empty(len(first), dtype=np.int8), np.empty((2, len(first), 4))
+    exchange_of_far(first, second, *_rules(), total, kind, over)
     rows = np.flatnonzero(kind == 1)
     total[rows] = _by_contours(first[rows], second[rows])
     rows = np.flatnonzero(kind == 2)
     total[rows] = _by_contours(_cut(first[rows], over[0, rows]), _cut(second[rows], over[1, rows]))
     return np.maximum(total, 0)
-
-
-def _far_compiled(first, second):
-    """Exchange areas, kinds and heights, see `exchange_of_far`."""
-    total, kind, over = np.empty(len(first)), np.empty(len(first), dtype=np.int8), np.empty((2, len(first), 4))
-    exchange_of_far(first, second, *_rules(), total, kind, over)
-    return total, kind, over
-
-
-def _far_on_arrays(first, second):
-    """The same as `_far_compiled`, on arrays of pairs."""
-    patch, other = (np.ascontiguousarray(np.moveaxis(corners, 0, -1)) for corners in (first, second))
-    planes = plane(patch), plane(other)
-    over = np.moveaxis([heights(patch, *planes), heights(other, *planes[::-1])], 1, 2)
-    facing = (over > 0).any(axis=2).all(axis=0)
-    whole = facing & (over >= 0).all(axis=(0, 2))
-    limits, begin, rules = _rules()
-    rule = np.searchsorted(limits, nearness(patch, other))
-    total = np.zeros(len(first))
-    for number in range(len(limits)):
-        rows = np.flatnonzero(whole & (rule == number))
-        own, across = ([gauss_point(corners[..., rows], *point) for point in rules[begin[number]:begin[number + 1]]]
-                       for corners in (patch, other))
-        for from_ in own:
-            for to in across:
-                total[rows] += exchange(*from_, *to)
-    return total, np.where(facing & ~whole, 2, whole & (rule == len(limits))).astype(np.int8), over
 
 
 @cache

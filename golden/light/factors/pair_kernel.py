@@ -1,4 +1,4 @@
-"""The arithmetic of pairs of patches, pair by pair when compiled and else on arrays of pairs.
+"""The arithmetic of pairs of patches, pair by pair when compiled.
 
 A patch is an array of 4 x 3 coordinates, or of 4 x 3 x P: the same code serves both, with the same bits.
 """

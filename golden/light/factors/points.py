@@ -1,7 +1,7 @@
 """Points on patches and directions above them, from sequences that fill their domain evenly.
 
-The functions compute one ray or segment when compiled, and else arrays of them, with the same bits. A patch is an array
-of 4 x 3 coordinates, or of 4 x 3 x K.
+The functions compute one ray or segment when compiled; as they are they serve arrays too, with the same bits. A patch
+is an array of 4 x 3 coordinates, or of 4 x 3 x K.
 """
 
 import numpy as np

@@ -5,7 +5,6 @@ from numbers import Real
 import numpy as np
 from scipy import sparse
 
-from golden.base.compiled import is_compiler_active
 from golden.base.errors import InputError
 from golden.cast.casters import CastsRays
 from golden.cast.rays import Rays
@@ -15,7 +14,7 @@ from golden.light.factors.exact_sky import FEW_TESTS, exact_sky
 from golden.light.factors.factor_matrix import CLOSED
 from golden.light.factors.join import join
 from golden.light.factors.pair_factors import exchange_areas
-from golden.light.factors.pair_kernel import candidates, may_exceed
+from golden.light.factors.pair_kernel import candidates
 from golden.light.factors.points import REPLICATES
 from golden.light.factors.projection import project
 from golden.light.factors.row_block import RowBlock
@@ -249,11 +248,7 @@ class FactorRows:
     def _candidates(self, rows, limit, all_pairs):
         """The pairs of rows and columns that these rows measure and whose factor may exceed the limit."""
         sides = self._sides
-        if is_compiler_active():
-            return candidates(rows, sides.centre, sides.normal, sides.radius, sides.area, limit, all_pairs)
-        every = (np.arange(len(sides)), *sides.centre.T, *sides.normal.T, sides.radius, sides.area)
-        row, column = np.nonzero(may_exceed(*(value[rows][:, None] for value in every), *every, limit, all_pairs))
-        return rows[row], column
+        return candidates(rows, sides.centre, sides.normal, sides.radius, sides.area, limit, all_pairs)
 
 
 def _sky_patches(sky, counts, rays):

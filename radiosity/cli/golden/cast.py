@@ -3,8 +3,9 @@
 import sys
 
 import click
+from click.core import ParameterSource
 
-from radiosity.cli.casting_method import CastingMethod, add_options, method_option, options_of
+from radiosity.cli.casting_method import CastingMethod, add_options, method_option, options_of, work_options
 from radiosity.cli.command_line import Task
 from radiosity.cli.console import console
 from radiosity.cli.golden.choices import RECORD_METHODS, REFERENCES
@@ -26,6 +27,12 @@ _NAMED = {"patch": "--patch", "normal": "--normal", "azimuths": "--rays", "polar
           "height": "--screen", "cell": "--cell", "clusters": "--clusters", "ratio": "--ratio"}
 
 
+_KINDS = ("hemisphere", "screen", "shadow")
+# Options that a kind of frusta does not have.
+_OTHERS = {"hemisphere": ("screen", "targets"), "screen": ("origin", "normal", "patch", "rays", "targets"),
+           "shadow": ("normal", "rays", "screen", "picture")}
+
+
 class References(click.ParamType):
     """Names of `REFERENCES`, separated by commas."""
 
@@ -43,16 +50,22 @@ class References(click.ParamType):
 def cast_command(*methods: CastingMethod) -> click.Command:
     """The command, with methods that a command line adds."""
     @click.command("cast", cls=Task, named=_NAMED, epilog=SCENE_HELP,
-                   short_help="Cast one hemisphere or screen in fixed point.")
+                   short_help="Cast one hemisphere or screen, or shadow rays, in fixed point.")
     @SCENE
-    @click.option("--origin", type=Numbers(), help="Set the point where the rays of a hemisphere start; needs "
-                  "--normal.")
+    @click.option("--kind", type=click.Choice(_KINDS), help="Choose the kind of rays. Shadow rays go from a point of a "
+                  "light, --origin or the middle of --patch, to --targets.  [default: screen with --screen, else "
+                  "hemisphere]")
+    @click.option("--origin", type=Numbers(), help="Set the point where the rays start; a hemisphere needs --normal "
+                  "too.")
     @click.option("--normal", type=Numbers(), help="Set the direction of the middle of the hemisphere.")
     @click.option("--patch", type=int, metavar="NUMBER",
                   help="Cast the hemisphere from the middle of this patch's front.")
     @click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of a hemisphere, powers of "
                   "two.")
     @click.option("--screen", type=WholePair("WIDTHxHEIGHT"), help="Cast a screen through the scene's view instead.")
+    @click.option("--targets", type=FILE, help="Cast shadow rays to the points of this file: lines x y z nx ny nz, the "
+                  "normals of their surfaces, or planes as of `render --sensors`.  [default: the middles of all "
+                  "patches]")
     @method_option(RECORD_METHODS, methods, default="shelling",
                    about="Choose the casting method; all give the same hits.")
     @METHOD_CELL
@@ -65,16 +78,18 @@ def cast_command(*methods: CastingMethod) -> click.Command:
     @PRESET
     @ASSIGNMENTS
     @click.option("-o", "--output", type=FILE,
-                  help="Write the hits to this .npz: patch (-1: none), inverse (1/t as stored), t, u, v.")
+                  help="Write the hits to this .npz: patch (-1: none), inverse (1/t as stored), t, u, v; of shadow "
+                  "rays visible alone.")
     @click.option("--picture", type=FILE,
                   help="Write a .png with a colour for each patch, one pixel for each ray of the frustum's grid.")
-    def cast(scene, origin, normal, patch, rays, screen, method, cell, clusters, compare, preset, assignments, output,
-             picture, **given):
-        """Cast one hemisphere or screen into SCENE in fixed point, as the machine does it.
+    def cast(scene, kind, origin, normal, patch, rays, screen, targets, method, cell, clusters, compare, preset,
+             assignments, output, picture, **given):
+        """Cast one hemisphere or screen into SCENE in fixed point, as the machine does it, or shadow rays.
 
         Exits with code 1 if --compare finds a hit that differs from brute force in integers, or a difference from
         float64 that rounding does not explain.
         """
+        _check_kind(kind, methods, targets=targets)
         chosen, options = options_of(methods, method, given, kind="frustum_options")
         from golden.base.output import check_outputs
         from golden.engine.config import PRESETS
@@ -85,13 +100,16 @@ def cast_command(*methods: CastingMethod) -> click.Command:
         check_outputs(picture, suffixes=(".png",))
         config = PRESETS[preset].with_parameters(assignments)
         caster = None
+        shared = {"clusters": clusters, "preset": preset, "assignments": assignments, **options}
         if chosen:
-            shared = {"clusters": clusters, "preset": preset, "assignments": assignments}
-            chosen.check(**shared, **options)
-
+            chosen.check(**shared)
+        if kind == "shadow":
+            _cast_shadows(scene, config, chosen, shared, origin=origin, patch=patch, targets=targets, method=method,
+                          cell=cell, compare=compare, output=output)
+            return
+        if chosen:
             def caster(record, geometry, weights):
-                return chosen.cast(record, geometry, config, cell=cell, weights=weights, title=scene, **shared,
-                                   **options)
+                return chosen.cast(record, geometry, config, cell=cell, weights=weights, title=scene, **shared)
         choice = FrustumChoice(origin=origin, normal=normal, patch=patch, rays=rays, screen=screen)
         result = cast_frustum(scene, choice, config, method=method, cell=cell, compare=compare, output=output,
                               clusters=1 if clusters is None else clusters, picture=picture, caster=caster)
@@ -101,3 +119,34 @@ def cast_command(*methods: CastingMethod) -> click.Command:
         if not result.agrees:
             sys.exit(1)
     return cast
+
+
+def _cast_shadows(scene, config, chosen, options, *, compare, cell, **given):
+    """Cast shadow rays and report them."""
+    from radiosity.tasks.shadows import cast_shadows
+
+    if "oracle" in compare:
+        raise click.UsageError("--compare oracle does not go with --kind shadow.")
+    if options["clusters"] is not None and not chosen:
+        raise click.UsageError("--clusters of --kind shadow needs --method machine.")
+
+    def caster(opened):
+        return chosen.frusta(opened, cell=cell, shadows=True, **options)
+    result = cast_shadows(scene, config, compare=compare, cell=cell, caster=caster if chosen else None, **given)
+    console().report(result.report, result.text)
+    if not result.agrees:
+        sys.exit(1)
+
+
+def _check_kind(kind, methods, *, targets):
+    """Refuse options of other kinds of frusta."""
+    context = click.get_current_context()
+    if kind is None:
+        if targets:
+            raise click.UsageError("--targets needs --kind shadow.", context)
+        return
+    others = {*_OTHERS[kind], *(work_options(methods) if kind == "shadow" else ())}
+    for parameter in context.command.params:
+        if parameter.name in others and context.get_parameter_source(parameter.name) not in (
+                ParameterSource.DEFAULT, None):
+            raise click.UsageError(f"{parameter.opts[-1]} does not go with --kind {kind}.", context)

@@ -29,8 +29,6 @@ from radiosity.cli.workers import WORKERS, worker_pool
 
 __all__ = ["render_command"]
 
-# The frusta among the rays of an image, which a method casts; it leaves the other kinds to the grid.
-_FRUSTA = ("hemisphere", "primary")
 _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--size",
           "light_samples": "--light-samples", "noise": "--noise", "depth": "--depth", "elements": "--elements",
           "seed": "--seed", "jobs": "--jobs", "azimuths": "--rays", "polars": "--rays", "cell": "--cell",
@@ -130,7 +128,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
             console().announce(f"{method}: {counted(hemispheres, 'hemisphere')} at most, about "
                                f"{max(1, round(hemispheres * seconds))} s; then the image")
         with pool as opened:
-            report, text = render_scene(scene, view, settings, files, method=method, caster=caster, frusta=_FRUSTA,
+            report, text = render_scene(scene, view, settings, files, method=method, caster=caster,
                                         workers=opened, progress=console().progress,
                                         estimate=estimate if method in FIXED_METHODS else None)
         console().report(report, text)

@@ -112,6 +112,11 @@ class MachineCaster(FixedFrusta):
         self._weights = None
         return super().screen(screen, side)
 
+    @property
+    def ray_kinds(self) -> tuple[str, ...]:
+        """The kinds of rays of an image that the machine casts."""
+        return ("hemisphere", "primary", *(("shadow",) if self._simulated.config.icu.shadow_bits else ()))
+
     def counts(self) -> dict[str, object]:
         """The members above."""
         return {name: getattr(self, name) for name in ("jobs", "frusta", "rays", "cycles", "tested", "cells", "kinds")}

@@ -11,8 +11,12 @@ __all__ = ["SIMULATION_DEFAULTS", "overridden", "overridden_text", "simulation_c
 SIMULATION_DEFAULTS = {"icu.rays": 1 << 14, "icu.generation_bits": 8, "ctu.run_ahead": 6}
 
 
+# Rays of the longest list of a machine that must cast shadow frusta, as a power of two, unless a run says otherwise.
+_SHADOW_BITS = 12
+
+
 def simulation_config(config: Config, *, clusters: int | None, topology: str | None, given: tuple[str, ...] = (),
-                      rays: int = 0) -> Config:
+                      rays: int = 0, shadows: bool = False) -> Config:
     """A configuration for so many clusters, with `SIMULATION_DEFAULTS`.
 
     Parameters
@@ -23,6 +27,8 @@ def simulation_config(config: Config, *, clusters: int | None, topology: str | N
         Parameters, by path, that the user has chosen and that stay.
     rays
         Rays of a frustum; the capacity suffices however they are distributed.
+    shadows
+        Whether it must cast shadow frusta (``icu.shadow_bits``).
 
     Raises
     ------
@@ -37,6 +43,8 @@ def simulation_config(config: Config, *, clusters: int | None, topology: str | N
     defaults = SIMULATION_DEFAULTS | {
         "icu.rays": max(SIMULATION_DEFAULTS["icu.rays"], rays),
         "ctu.run_ahead": max(SIMULATION_DEFAULTS["ctu.run_ahead"], config.ctu.run_ahead)}
+    if shadows and not config.icu.shadow_bits:
+        defaults["icu.shadow_bits"] = _SHADOW_BITS
     changes = {name: value for name, value in defaults.items() if name not in given}
     if topology is not None:
         changes["noc.topology"] = topology
@@ -46,10 +54,10 @@ def simulation_config(config: Config, *, clusters: int | None, topology: str | N
 
 
 def overridden(simulated: Config, config: Config) -> dict[str, dict[str, int]]:
-    """Those of `SIMULATION_DEFAULTS` that differ from ``config``, each with both values: ``simulated``, ``given``."""
+    """What `simulation_config` sets and ``config`` has otherwise, each with both values: ``simulated``, ``given``."""
     values, given = simulated.parameters(), config.parameters()
     return {name: {"simulated": values[name], "given": given[name]}
-            for name in SIMULATION_DEFAULTS if values[name] != given[name]}
+            for name in (*SIMULATION_DEFAULTS, "icu.shadow_bits") if values[name] != given[name]}
 
 
 def overridden_text(changes: dict[str, dict[str, int]]) -> str:

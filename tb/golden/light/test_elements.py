@@ -2,12 +2,10 @@ import numpy as np
 import pytest
 
 from golden.cast.rays import Hits
-from golden.light import elements as elements_module
 from golden.light import lattice
 from golden.light.elements import Elements
 from golden.scene.builtin import builtin_scene
 from golden.scene.refine import refine
-from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 FLOOR = rectangle((0, 0, 0), (2, 0, 0), (0, 1, 0))
@@ -83,10 +81,7 @@ def test_the_back_of_a_one_sided_patch_is_no_element(refinement, elements):
     assert (number[1:3] >= len(refinement.parent)).all()
 
 
-@pytest.mark.parametrize("is_compiled", [False, True])
-def test_rays_see_the_elements_of_the_sides_that_they_hit(elements, monkeypatch, is_compiled):
-    if not is_compiled:
-        on_arrays(monkeypatch, elements_module)
+def test_rays_see_the_elements_of_the_sides_that_they_hit(elements):
     random = np.random.default_rng(7)
     patch = random.integers(-1, len(MIXED), size=500).astype(np.int32)
     # At the ends and the middles of sides too, and along some patches.

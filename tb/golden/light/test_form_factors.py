@@ -22,7 +22,6 @@ from golden.scene.builtin import builtin_scene
 from golden.scene.material import Material
 from tb.golden.hostile_spread import HostileSpread
 from tb.golden.light.cube import cube
-from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.hemisphere_factors import hemisphere_factors
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 from tb.lib.schedules import SETTINGS
@@ -178,20 +177,16 @@ def test_results_depend_neither_on_blocks_nor_on_the_order_in_which_they_end(gla
 
 @settings(SETTINGS, max_examples=40)
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 2), st.integers(-1, 4)), max_size=12))
-def test_arrays_sum_the_entries_that_compiled_loops_sum(entries):
+def test_entries_are_summed_by_owner_and_column(entries):
     """Entries of owner, weight and column; owners may have none, and weights may be zero."""
     owner, weight, column = np.array(np.array(sorted(entries), dtype=np.int64).reshape(-1, 3).T)
     sums = Counter()
     for row, value, met in zip(owner.tolist(), weight.tolist(), column.tolist(), strict=True):
         sums[row, met] += value if met >= 0 else 0
     expected = [(value, row, met) for (row, met), value in sorted(sums.items()) if value]
-    with pytest.MonkeyPatch.context() as patch:
-        for modules in ((), (form_factors,)):
-            on_arrays(patch, *modules)
-            found = form_factors._entries(owner, weight, column, 5)
-            rows = list(zip(*(part.tolist() for part in found), strict=True))
-            assert sorted(rows, key=lambda one: one[1:]) == expected
-            assert [row for _, row, _ in rows] == sorted(row for _, row, _ in rows)
+    rows = list(zip(*(part.tolist() for part in form_factors._entries(owner, weight, column, 5)), strict=True))
+    assert sorted(rows, key=lambda one: one[1:]) == expected
+    assert [row for _, row, _ in rows] == sorted(row for _, row, _ in rows)
 
 
 def test_rows_on_demand_are_rows_of_the_whole():
@@ -271,15 +266,14 @@ def test_the_sky_is_summed_over_the_rays_that_meet_nothing(glazed):
     assert sums.light[1] / 2**sums.weight_bits == pytest.approx(below, rel=0.02)
 
 
-def test_arrays_turn_directions_as_compiled_loops_do(monkeypatch):
+def test_directions_are_turned_into_each_frame():
     frames = frame(np.array([(0, 0, 1.0), (0.6, 0, 0.8), (0, -0.8, -0.6)]))
     hemisphere, points, surfaces = Hemisphere(16, 4), np.arange(9.0).reshape(3, 3), np.array([4, -1, 2])
-    arguments = hemisphere, points, frames, surfaces, np.repeat([0, 2, 1], 64), np.tile(np.arange(64), 3)
-    compiled = form_factors._hemisphere_rays(*arguments)
-    assert compiled.direction[70] == pytest.approx(hemisphere.directions[6] @ frames[2])
-    assert (compiled.origin[70].tolist(), compiled.source[70]) == ([6, 7, 8], 2)
-    on_arrays(monkeypatch, form_factors)
-    assert form_factors._hemisphere_rays(*arguments).direction == pytest.approx(compiled.direction, rel=1e-14)
+    sample, ray = np.repeat([0, 2, 1], 64), np.tile(np.arange(64), 3)
+    rays = form_factors._hemisphere_rays(hemisphere, points, frames, surfaces, sample, ray)
+    expected = np.einsum("rk,rki->ri", hemisphere.directions[ray], frames[sample])
+    assert rays.direction == pytest.approx(expected, rel=1e-14)
+    assert (rays.origin[70].tolist(), rays.source[70]) == ([6, 7, 8], 2)
 
 
 def test_rows_take_little_memory_beside_their_entries(monkeypatch):

@@ -2,11 +2,8 @@
 
 import numpy as np
 
-from golden.scene import cuts as cuts_module
-from golden.scene import refine as refine_module
 from golden.scene.cuts import Cuts
 from golden.scene.refine import refine
-from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 COUNTS = np.array([[3, 2], [2, 3], [4, 1]])
@@ -47,14 +44,28 @@ def test_elements_between_knots_cover_their_patch_and_are_located():
     assert found.tolist() == list(range(6))
 
 
-def test_arrays_find_the_elements_that_compiled_loops_find(monkeypatch):
+def element_at(refined, knots, patch, u, v):
+    """The element at a point of a patch, by a search for its strip among the knots of patch 0, or by division."""
+    columns, rows = refined.cuts.counts[patch]
+    u = u * (1 - v) if refined.is_triangle[patch] else u
+    along, up = (np.interp(place, knots[axis], range(len(knots[axis]))) if patch == 0 else place * count
+                 for axis, (place, count) in enumerate(((u, columns), (v, rows))))
+    row = min(int(up), rows - 1)
+    if not refined.is_triangle[patch]:
+        return refined.first[patch] + row * columns + min(int(along), columns - 1)
+    column = min(int(along), columns - 1 - row)
+    # Of n x n elements row r has 2 (n - r) - 1, upright and inverted ones by turns.
+    inverted = (along - column) + (up - row) > 1 and column < columns - 1 - row
+    return refined.first[patch] + sum(2 * (columns - k) - 1 for k in range(row)) + 2 * column + inverted
+
+
+def test_points_lie_in_the_elements_that_a_search_finds():
     triangle = np.array([(0, 0, 2), (3, 0, 2), (1, 2, 2), (1, 2, 2)], dtype=float)
     scene = scene_of((rectangle((0, 0, 0), (4, 0, 0), (0, 2, 0)), BLACK), (triangle, BLACK),
                      (rectangle((0, 0, 1), (1, 0, 0), (0, 1, 0)), BLACK))
     refined = refine(scene, max_edge=0.6, finer=lambda cuts: {0: KNOTS[2]})
     random = np.random.default_rng(3)
     patch, u, v = random.integers(3, size=3000), *random.choice([0, 0.5, 0.6, 1, *random.random(40)], (2, 3000))
-    compiled = refined.locate(patch, u, v)
-    assert len(np.unique(compiled)) > 30
-    on_arrays(monkeypatch, cuts_module, refine_module)
-    assert (refined.locate(patch, u, v) == compiled).all()
+    found = refined.locate(patch, u, v)
+    assert len(np.unique(found)) > 30
+    assert found.tolist() == [element_at(refined, KNOTS[2], *point) for point in zip(patch, u, v, strict=True)]

@@ -123,6 +123,8 @@ def test_every_measurement_has_the_efficacy(monkeypatch, tmp_path, rendered, dec
 class Frusta:
     """A caster of another method that does nothing."""
 
+    ray_kinds = ("primary", "hemisphere", "none")
+
     def counts(self):
         """A count."""
         return {"jobs": 3}
@@ -134,7 +136,7 @@ class Frusta:
 
 def test_a_method_states_its_share_of_all_rays(rendered):
     caster = Frusta()
-    stats, text = written(RenderFiles(images=()), caster=caster, frusta=("primary", "hemisphere", "none"))
+    stats, text = written(RenderFiles(images=()), caster=caster)
     assert rendered["frusta"] is caster
     assert stats["settings"] == STATS["settings"] | {"method": "other"}
     assert stats["other"] == {"jobs": 3, "share": 80 / 200}

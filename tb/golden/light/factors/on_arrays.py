@@ -4,10 +4,8 @@ __all__ = ["on_arrays"]
 
 
 def on_arrays(monkeypatch, *modules) -> None:
-    """Have the functions of modules run as without the compiler."""
+    """Have the compiled functions of modules run as they are."""
     for module in modules:
         for name, value in list(vars(module).items()):
             if hasattr(value, "py_func"):
                 monkeypatch.setattr(module, name, value.py_func)
-        if hasattr(module, "is_compiler_active"):
-            monkeypatch.setattr(module, "is_compiler_active", lambda: False)

@@ -3,26 +3,54 @@
 import numpy as np
 import pytest
 
-from golden.light.factors import pair_factors, pair_kernel, rows
+from golden.light.factors import pair_factors, pair_kernel
 from golden.light.factors.rows import FactorRows
+from golden.light.factors.sides import Sides
 from golden.scene.builtin import builtin_scene
 from tb.golden.light.cube import cube
 from tb.golden.light.factors.on_arrays import on_arrays
 from tb.golden.light.factors.plates import plates
 
 
+def candidates_on_arrays(sides, rows, limit, all_pairs):
+    """All pairs of rows and columns at once."""
+    every = (np.arange(len(sides)), *sides.centre.T, *sides.normal.T, sides.radius, sides.area)
+    row, column = np.nonzero(pair_kernel.may_exceed(*(value[rows][:, None] for value in every), *every, limit,
+                                                    all_pairs))
+    return rows[row], column
+
+
+def far_on_arrays(first, second, limits, begin, rules, total, kind, over):
+    """`pair_kernel.exchange_of_far` on arrays of pairs."""
+    patch, other = (np.ascontiguousarray(np.moveaxis(corners, 0, -1)) for corners in (first, second))
+    planes = pair_kernel.plane(patch), pair_kernel.plane(other)
+    over[:] = np.moveaxis([pair_kernel.heights(patch, *planes), pair_kernel.heights(other, *planes[::-1])], 1, 2)
+    facing = (over > 0).any(axis=2).all(axis=0)
+    whole = facing & (over >= 0).all(axis=(0, 2))
+    rule = np.searchsorted(limits, pair_kernel.nearness(patch, other))
+    total[:] = 0
+    for number in range(len(limits)):
+        rows = np.flatnonzero(whole & (rule == number))
+        own, across = ([pair_kernel.gauss_point(corners[..., rows], *point)
+                        for point in rules[begin[number]:begin[number + 1]]] for corners in (patch, other))
+        for from_ in own:
+            for to in across:
+                total[rows] += pair_kernel.exchange(*from_, *to)
+    kind[:] = np.where(facing & ~whole, 2, whole & (rule == len(limits)))
+
+
 @pytest.mark.parametrize(("scene", "step", "all_pairs"), [
     (builtin_scene("lobby"), 5, False), (builtin_scene("city:1"), 20, False), (plates(), 1, True), (cube(2), 2, True)],
     ids=["lobby", "city", "plates", "cube"])
 def test_both_have_the_same_bits(scene, step, all_pairs, monkeypatch):
+    sides, numbers = Sides(scene), np.arange(0, len(scene), step)
     # No ray is cast.
-    sides, numbers = FactorRows(scene, None, error=1e-3), np.arange(0, len(scene), step)
+    row, column = FactorRows(scene, None, error=1e-3)._candidates(numbers, 5e-4, all_pairs)
     vertices = np.concatenate([scene.vertices, scene.vertices[:, ::-1]])
-    found = []
-    for modules in ((), (pair_kernel, pair_factors, rows)):
-        on_arrays(monkeypatch, *modules)
-        row, column = sides._candidates(numbers, 5e-4, all_pairs)
-        found.append((row, column, pair_factors.exchange_areas(vertices[row], vertices[column])))
-    assert len(found[0][0]) > 0
-    for compiled, plain in zip(*found, strict=True):
+    areas = pair_factors.exchange_areas(vertices[row], vertices[column])
+    assert len(row) > 0
+    on_arrays(monkeypatch, pair_kernel)
+    for compiled, plain in zip((row, column), candidates_on_arrays(sides, numbers, 5e-4, all_pairs), strict=True):
         assert compiled.tobytes() == plain.tobytes()
+    monkeypatch.setattr(pair_factors, "exchange_of_far", far_on_arrays)
+    assert areas.tobytes() == pair_factors.exchange_areas(vertices[row], vertices[column]).tobytes()

@@ -108,3 +108,51 @@ def test_the_exit_code_reports_a_wrong_hit(monkeypatch, reference):
 
     monkeypatch.setattr(radiosity.tasks.cast.Shelling, "cast", wrong)
     assert run(*FRUSTUM, "--compare", reference).exit_code == 1
+
+
+SHADOWS = ("cast", "cornell", "--kind", "shadow", "--patch", "0")
+
+
+def test_a_point_of_a_light_sees_what_double_precision_says():
+    scene = open_scene("cornell")
+    middles = Grid(scene).occluded(np.repeat(scene.centres[:1], len(scene), axis=0), scene.centres, np.stack(
+        [np.full(len(scene), scene.surface[0]), scene.surface], axis=1))
+    printed = report(*SHADOWS, "--compare", "naive")
+    assert 0 < printed["visible"] < printed["rays"] == len(scene)
+    assert printed["visible"] == len(scene) - middles.sum()
+    assert printed["naive"] == {"differences": 0}
+    text = run(*SHADOWS).stdout
+    assert text.startswith(f"{printed['visible']} of {len(scene)} points are visible, {printed['tests_per_ray']:.2f} ")
+
+
+def test_shadow_rays_have_a_bit_for_each_target_whoever_casts(tmp_path):
+    """In an empty room; the last target is the light's very point."""
+    scene = open_scene("furnace:1")
+    (tmp_path / "targets.txt").write_text("plane 0.1 0.1 0.5  0.8 0 0  0 0.8 0  20 20\n0.5 0.5 0.25 0 0 1\n")
+    given = ("cast", "furnace:1", "--kind", "shadow", "--origin", "0.5,0.5,0.25", "--targets", tmp_path / "targets.txt")
+    files = []
+    for number, method in enumerate((("--method", "naive"), ("--cell", 0.5), ("--cell", 0.1))):
+        files.append(tmp_path / f"{number}.npz")
+        assert run(*given, "-o", files[-1], *method).exit_code == 0
+    assert len({path.read_bytes() for path in files}) == 1
+    with np.load(files[0]) as found:
+        assert found.files == ["visible"]
+        assert found["visible"].tolist() == [True] * 401
+    assert report("cast", "furnace:1", "--kind", "shadow", "--origin", "0.5,0.5,0.25")["visible"] == len(scene)
+
+
+@pytest.mark.parametrize(("words", "says"), [
+    (("--kind", "shadow"), "one of --origin and --patch must be given, not none"),
+    (("--kind", "shadow", "--origin", "1,1,1", "--patch", "0"), "not both"),
+    (("--kind", "shadow", "--patch", "99"), "Patch must be 0 to 19, not 99"),
+    (("--kind", "shadow", "--patch", "0", "--targets", "nowhere.txt"), "nowhere.txt: cannot be read"),
+    (("--kind", "shadow", "--patch", "0", "--normal", "0,0,1"), "--normal does not go with --kind shadow"),
+    (("--kind", "shadow", "--patch", "0", "--clusters", "2"), "--clusters of --kind shadow needs --method machine"),
+    (("--kind", "shadow", "--patch", "0", "--compare", "oracle"), "--compare oracle does not go with --kind shadow"),
+    (("--kind", "shadow", "--patch", "0", "-P", "numbers.vector_fraction=21"), "Number formats (numbers.*) must be"),
+    (("--kind", "screen", "--patch", "0"), "--patch does not go with --kind screen"),
+    (("--patch", "0", "--targets", "a.txt"), "--targets needs --kind shadow")])
+def test_options_of_another_kind_are_one_line(words, says):
+    result = run("cast", "cornell", *words)
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert says in result.stderr

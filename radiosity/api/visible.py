@@ -1,0 +1,66 @@
+"""Whether points see a point of a light."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from golden.base.errors import InputError
+from golden.engine.cast.methods import FIXED_METHODS
+from golden.engine.config import PRESETS
+from golden.light.photometry.sensors import Sensors
+from golden.scene.scene import Scene
+from radiosity.flow.simulator.machine_caster import MachineCaster
+from radiosity.flow.simulator.simulated_machines import check_clusters, opened_machine
+from radiosity.flow.simulator.simulation_config import simulation_config
+from radiosity.tasks.shadows import shadow_rays
+
+__all__ = ["visible"]
+
+
+def visible(scene: Scene, *, origin: tuple[float, float, float] | None = None, patch: int | None = None,
+            targets: Sensors | None = None, method: str = "shelling", cell: float | None = None,
+            clusters: int | None = None, preset: str = "paper", parameters: Mapping[str, int | str] | None = None,
+            progress: bool = False) -> np.ndarray:
+    """Whether nothing is between a point of a light and each of some points, by the machine's shadow frusta.
+
+    Parameters
+    ----------
+    scene
+        The patches.
+    origin, patch
+        The point of the light, or the patch in whose middle it is.
+    targets
+        The points, and the directions that their surfaces face. Default: the middles of all patches.
+    method
+        How rays are cast: shelling, naive-fixed or machine (the simulated one), with the same answers.
+    cell
+        Cell size as a share of the scene's longest side. Default: that of the method.
+    clusters, preset, parameters
+        The simulated machine, see `radiosity.machine`. Its ``icu.shadow_bits`` is 12 by default.
+    progress
+        Shows bars for what takes more than two seconds.
+
+    Returns
+    -------
+    Bool, one for each target.
+
+    Raises
+    ------
+    InputError
+        A value cannot be used.
+    """
+    rays = shadow_rays(scene, origin=origin, patch=patch, targets=targets)
+    if method in FIXED_METHODS:
+        frusta = FIXED_METHODS[method](scene, *([cell] if method == "shelling" else []))
+        return ~frusta.shadows(rays, least=1).blocked
+    for name, value, known in ("method", method, [*FIXED_METHODS, "machine"]), ("preset", preset, PRESETS):
+        if value not in known:
+            raise InputError(f"visible: {name.capitalize()} must be one of {', '.join(known)}, not {value!r}",
+                             parameter=name)
+    check_clusters(clusters)
+    given = parameters or {}
+    config = simulation_config(PRESETS[preset].with_parameters(f"{path}={value}" for path, value in given.items()),
+                               clusters=clusters, topology=None, given=tuple(given), shadows=True)
+    MachineCaster.check(config)
+    with opened_machine(config, policy=None, latency=10, progress=progress) as machine:
+        return ~MachineCaster(scene, machine, cell=cell, progress=progress).shadows(rays, least=1).blocked
