@@ -7,6 +7,7 @@ import numpy as np
 from golden.engine.cast.shelling import Shelling
 from golden.engine.config import Config
 from golden.engine.frustum import FrustumRecord
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.order import proximity_order
 from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
@@ -20,7 +21,7 @@ SAMPLES = 32
 
 def frustum_cycles(records: Sequence[FrustumRecord], geometry: PatchGeometry, table: CellTable,
                    config: Config) -> np.ndarray:
-    """The cycles of each frustum on one cluster.
+    """The cycles of each frustum on one cluster; each ray of a shadow frustum's list takes one.
 
     `CycleModel` predicts `SAMPLES` frusta, evenly chosen from an order in which neighbours are near each other. The
     cycles of each other one are their mean, weighted by the inverse squares of the distances (D. Shepard, A
@@ -52,4 +53,4 @@ def _predicted(record, shelling, config, whole):
     model = CycleModel(config, patches=len(shelling.geometry))
     for work in stage_work(shelling, record, whole):
         model.add(work)
-    return model.cycles
+    return model.cycles + (len(record.listed) if record.bundle == Bundle.SHADOW else 0)

@@ -1,5 +1,7 @@
 """Predicted cycles of frusta: the model's of the samples, and means of these between them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from golden.engine.cast.shelling import Shelling
 from golden.engine.jobs import frustum_cycles as module
 from golden.engine.jobs.frustum_cycles import frustum_cycles
 from golden.engine.schedule.cycle_model import CycleModel, stage_work
+from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
 from tb.golden.engine.jobs.jobs import SMALL, hemispheres, scene
 from tb.golden.engine.schedule.scenes import CONFIG
 
@@ -48,6 +51,16 @@ def test_others_are_between_the_samples_and_most_like_the_nearest_one(modelled, 
     away = np.linalg.norm(origins[:, None] - origins[samples], axis=2)
     nearest = np.abs(found[:, None] - cycles[samples]).argmin(axis=1)
     np.testing.assert_array_equal(nearest, away.argmin(axis=1))
+
+
+def test_a_ray_of_a_list_takes_a_cycle():
+    """Rays that end nearly at once are blocked by nothing."""
+    geometry, record, _ = drawn_frustum(1, bits=4)
+    end, table = record.end.copy(), Shelling(geometry, CONFIG, cell=0.25).table
+    end[np.flatnonzero(end == CONFIG.numbers.inverse.high)[:9]] -= 1
+    few, more = (frustum_cycles([one], geometry, table, CONFIG) for one in (record, replace(record, end=end)))
+    assert more - few == 9
+    assert few > len(record.listed)
 
 
 def test_frusta_may_have_more_rays_than_a_cluster(modelled):
