@@ -7,7 +7,7 @@ from golden.cast.patch_kernel import dominant_axis, meet, position
 
 __all__ = ["cast"]
 
-# As in `golden.cast.grid`.
+# A component of a direction this much smaller than the largest one moves no ray by a cell's margin.
 STILL = 2.0**-60
 
 

@@ -74,12 +74,12 @@ def test_hits_do_not_depend_on_how_rays_are_batched():
         np.testing.assert_array_equal(parts, getattr(whole, name)[order], err_msg=name)
 
 
-@pytest.mark.parametrize("block", [1 << 6, 1 << 15])
-def test_hits_do_not_depend_on_threads_and_blocks(monkeypatch, block):
+@pytest.mark.parametrize("fewest", [1 << 6, 1 << 12])
+def test_hits_do_not_depend_on_threads_and_their_shares(monkeypatch, fewest):
     scene = builtin_scene("lobby")
     rays = random_rays(scene, 4, 5000)
     whole = Grid(scene, jobs=1).nearest(rays)
-    monkeypatch.setattr("golden.cast.grid.BLOCK", block)
+    monkeypatch.setattr("golden.cast.grid.FEWEST", fewest)
     hits = Grid(scene, jobs=3).nearest(rays)
     for name in ("patch", "t", "u", "v", "tests", "steps"):
         np.testing.assert_array_equal(getattr(hits, name), getattr(whole, name), err_msg=name)

@@ -1,4 +1,4 @@
-"""Compiled and in numpy, the grid computes the same bits, as brute force does, at any offset and scale."""
+"""The grid has the bits of brute force, and the counts of a walk in Python, at any offset and scale."""
 
 import dataclasses
 
@@ -12,6 +12,8 @@ from golden.cast.rays import Rays
 from golden.scene import Material
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
+from tb.golden.cast.cell_walk import cell_walk
+from tb.golden.scene.touched_cells import touched_cells
 from tb.golden.soups import axis_rays, closed_mesh, random_rays, soup
 
 FIELDS = ("patch", "t", "u", "v", "tests", "steps")
@@ -40,39 +42,31 @@ def rays_into(scene, seed):
 
 
 @pytest.mark.parametrize(("offset", "scale"), PLACES)
-def test_both_give_the_bits_of_naive_wherever_the_scene_is(offset, scale):
+def test_the_bits_are_those_of_naive_wherever_the_scene_is(offset, scale):
     scene = placed(soup(4), offset, scale)
     rays = rays_into(scene, 4)
     expected = Naive(scene).nearest(rays)
     assert (expected.patch >= 0).sum() > 100
-    both = [Grid(scene, 0.11, compiled=compiled) for compiled in (True, False)]
-    compiled, plain = (grid.nearest(rays) for grid in both)
-    assert_bits(compiled, plain)
-    assert_bits(compiled, expected, FIELDS[:4])
-    assert_bits(*(grid.any_hit(rays) for grid in both))
+    grid = Grid(scene, 0.11)
+    found = grid.nearest(rays)
+    assert_bits(found, cell_walk(grid, rays))
+    assert_bits(found, expected, FIELDS[:4])
+    assert_bits(grid.any_hit(rays), cell_walk(grid, rays, any_hit=True))
 
 
 @pytest.mark.parametrize("name", ["box", "icosphere"])
-def test_both_cast_degenerate_rays_alike(name):
+def test_degenerate_rays(name):
     scene = closed_mesh(name)
     rays = axis_rays(scene, 5, 2000)
     # In the planes of patches, and with components that differ by hundreds of orders.
     rays = Rays(rays.origin, rays.direction + np.array([1e-200, 0, 1e-320]) * scene.size)
-    compiled, plain = (Grid(scene, 0.07, compiled=compiled).nearest(rays) for compiled in (True, False))
-    assert_bits(compiled, plain)
-    assert_bits(compiled, Naive(scene).nearest(rays), FIELDS[:4])
+    grid = Grid(scene, 0.07)
+    found = grid.nearest(rays)
+    assert_bits(found, cell_walk(grid, rays))
+    assert_bits(found, Naive(scene).nearest(rays), FIELDS[:4])
 
 
-@pytest.mark.parametrize("name", ["lobby", "tetra:3"])
-def test_both_choose_the_same_cells(name):
-    scene = builtin_scene(name)
-    compiled, plain = (Grid(scene, compiled=compiled) for compiled in (True, False))
-    assert compiled.cells.size == plain.cells.size
-    rays = random_rays(scene, 1, 1000)
-    assert_bits(compiled.nearest(rays), plain.nearest(rays))
-
-
-def test_both_give_the_bits_of_naive_at_ties_ends_and_borders_of_cells():
+def test_the_bits_are_those_of_naive_at_ties_ends_and_borders_of_cells():
     """Every coordinate is a multiple of a half, as are borders of cells; patches lie on them, two at each place."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
     places = np.array([(x, y, z) for x in range(4) for y in range(4) for z in range(5) if (x + 2 * y + z) % 3])
@@ -91,17 +85,19 @@ def test_both_give_the_bits_of_naive_at_ties_ends_and_borders_of_cells():
     assert (expected.t[tmax == np.nextafter(1, 2)] == 1).sum() > 20
     assert (expected.patch >= 0).sum() > 300
     for cell in (0.125, 0.25, 1.0):
-        compiled, plain = (Grid(scene, cell, compiled=compiled) for compiled in (True, False))
-        assert_bits(compiled.nearest(rays), plain.nearest(rays))
-        assert_bits(compiled.any_hit(rays), plain.any_hit(rays))
-        assert_bits(compiled.nearest(rays), expected, FIELDS[:4])
-        np.testing.assert_array_equal(compiled.cells.start, plain.cells.start)
-        np.testing.assert_array_equal(compiled.cells.patch, plain.cells.patch)
+        grid = Grid(scene, cell)
+        found, cells = grid.nearest(rays), grid.cells
+        assert_bits(found, cell_walk(grid, rays))
+        assert_bits(grid.any_hit(rays), cell_walk(grid, rays, any_hit=True))
+        assert_bits(found, expected, FIELDS[:4])
+        start, patch = touched_cells(scene.vertices - cells.base, lower=-cells.margin, size=cells.size,
+                                     shape=cells.shape, margin=cells.margin)
+        np.testing.assert_array_equal(cells.start, start)
+        np.testing.assert_array_equal(cells.patch, patch)
 
 
-@pytest.mark.parametrize("compiled", [True, False])
-def test_no_rays_have_no_hits(compiled):
-    hits = Grid(soup(4), 0.11, compiled=compiled).nearest(Rays(np.zeros((0, 3)), np.zeros((0, 3))))
+def test_no_rays_have_no_hits():
+    hits = Grid(soup(4), 0.11).nearest(Rays(np.zeros((0, 3)), np.zeros((0, 3))))
     assert [len(getattr(hits, name)) for name in FIELDS] == [0] * 6
 
 
@@ -117,12 +113,10 @@ def test_occlusion_of_segments_is_that_of_brute_force(offset):
     expected = Naive(scene).occluded(ends[:, 0], ends[:, 1], skip)
     assert not expected[:50].any()
     assert 200 < expected.sum() < 1800
-    for compiled in (True, False):
-        found = Grid(scene, compiled=compiled).occluded(ends[:, 0], ends[:, 1], skip)
-        np.testing.assert_array_equal(found, expected)
-        # A segment is as occluded as its reverse.
-        reverse = Grid(scene, compiled=compiled).occluded(ends[:, 1], ends[:, 0], skip[:, ::-1])
-        assert (reverse != expected).sum() <= 2
+    grid = Grid(scene)
+    np.testing.assert_array_equal(grid.occluded(ends[:, 0], ends[:, 1], skip), expected)
+    # A segment is as occluded as its reverse.
+    assert (grid.occluded(ends[:, 1], ends[:, 0], skip[:, ::-1]) != expected).sum() <= 2
 
 
 @pytest.mark.parametrize("caster", [Naive, Grid])

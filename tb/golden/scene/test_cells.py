@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from golden.scene.cells import Cells
+from tb.golden.scene.touched_cells import touched_cells
 from tb.golden.soups import soup
 
 
@@ -44,3 +45,14 @@ def test_patches_of_a_cell_ascend():
     cells = Cells(soup(0), 0.1)
     for start, end in zip(cells.start[:-1], cells.start[1:], strict=True):
         assert (np.diff(cells.patch[start:end]) > 0).all()
+
+
+@pytest.mark.parametrize("cell", [0.5, 0.11])
+@pytest.mark.parametrize("seed", range(2))
+def test_cells_hold_the_patches_that_no_axis_separates_from_them(seed, cell):
+    scene = soup(seed)
+    cells = Cells(scene, cell)
+    start, patch = touched_cells(scene.vertices - cells.base, lower=-cells.margin, size=cells.size, shape=cells.shape,
+                                 margin=cells.margin)
+    np.testing.assert_array_equal(cells.start, start)
+    np.testing.assert_array_equal(cells.patch, patch)

@@ -1,13 +1,17 @@
 """What the host requests: whole frusta, or even shares of them; schedules only where they are needed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from golden.base.errors import InputError
+from golden.engine.cast.shelling import Shelling
 from golden.engine.jobs.frustum_cycles import frustum_cycles
 from golden.engine.jobs.job import plan_job
 from golden.engine.jobs.phase_request import phase_request, sections_per_frustum
 from golden.engine.jobs.result_formats import HitFormat
+from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
 from tb.golden.engine.jobs.jobs import CONFIG, RAYS, hemispheres, scene
 
 
@@ -50,6 +54,22 @@ def test_a_single_frustum_is_cut_by_expected_work():
     # It cannot be cut into more pieces than it has tiles.
     assert request(hemispheres(1), CONFIG.replace({"noc.columns": 8, "noc.rows": 8}), clusters=64).clusters == 32
     assert request(hemispheres(1, type(RAYS)(16, 8)), CONFIG, clusters=16).clusters == 8
+
+
+def test_shadow_frusta_are_cut_by_their_rays_and_positions(monkeypatch):
+    """All rays are in the left half of the grid, and a half of the positions."""
+    for name in "machine_schedule", "low_density":
+        monkeypatch.setattr(f"golden.engine.jobs.phase_request.{name}", None)
+    geometry, record, _ = drawn_frustum(1, bits=4)
+    right = np.tile(np.arange(16) >= 8, 16)
+    one = replace(record, end=np.where(right, CONFIG.numbers.inverse.high, record.end))
+    config = CONFIG.replace({"icu.shadow_bits": 8, "ctu.subshell_bits": 4})
+    table = Shelling(geometry, config, cell=0.25).table
+    made = phase_request([one, one], geometry, table, config, ratio=16, clusters=2)
+    assert made.plan is None
+    assert made.workload.sum() == pytest.approx(2)
+    assert made.workload[:, 8:].sum() == pytest.approx(0.5)
+    assert np.unique(made.workload.ravel()[one.listed]).tolist() == pytest.approx([1 / 256 + 1 / len(one.listed)])
 
 
 def test_the_work_is_that_of_the_reference():
