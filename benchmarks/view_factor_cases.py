@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from golden.light.analytic import point_to_polygon
 from golden.light.closed_forms import c_11, c_14, c_41
 from golden.light.factors.view_factors import ViewFactors
 from golden.scene.builtin.shapes import FACES, box, cap, loft
@@ -124,17 +123,22 @@ def visible_factor(width: float = 0.5) -> float:
     C-11 less the factor to the plate's shadow, which is a rectangle from every point.
     """
     knots, gauss = np.polynomial.legendre.leggauss(24)
+    share, y = gauss / 2, (knots + 1) / 2
     # The shadow's borders cross the ceiling's along these lines, between which the factor is smooth.
     cuts = np.unique(np.clip([0, 2 * width - 1, width, 2 * width, 1], 0, 1))
     total = 0.0
     for low, high in pairwise(cuts):
-        for x, weight in zip(low + (high - low) * (knots + 1) / 2, gauss * (high - low) / 2, strict=True):
-            left, right = max(0, -x), min(1, 2 * width - x)
-            if right > left:
-                for y, share in zip((knots + 1) / 2, gauss / 2, strict=True):
-                    shadow = _inside((left, max(0, -y), 0), (right, min(1, 2 - y), 1), "+z")
-                    total += weight * share * point_to_polygon([(x, y, 0)], [(0, 0, 1)], shadow)[0, 0]
+        x = (low + (high - low) * y)[:, None]
+        end = np.clip(2 * width - x, 0, 1)
+        shadow = _corner(end - x, 1 - y) - _corner(end - x, -y) - _corner(-x, 1 - y) + _corner(-x, -y)
+        total += (high - low) * (share @ shadow @ share)
     return c_11(1, 1) - total
+
+
+def _corner(a, b):
+    """View factor of a point to a rectangle a x b, parallel at distance 1, a corner above it; odd in both."""
+    p, q = np.sqrt(1 + a**2), np.sqrt(1 + b**2)
+    return (a / p * np.arctan(b / p) + b / q * np.arctan(a / q)) / (2 * np.pi)
 
 
 def _canyon(barrier):

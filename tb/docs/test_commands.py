@@ -210,7 +210,7 @@ def is_slow(command):
     return bool(SLOW.search(shlex.join(command.words))) or command.words[1] == "-c"
 
 
-RUN = {page: [one for one in commands if is_run(one) and not is_elsewhere(one)] for page, commands in PAGES.items()}
+RUN = {page: [one for one in commands if not is_elsewhere(one) and is_run(one)] for page, commands in PAGES.items()}
 QUICK = sorted({one.words for commands in RUN.values() for one in commands if not is_slow(one)})
 
 
@@ -280,7 +280,7 @@ def no_tools(monkeypatch):
         gc.collect()
 
 
-LONG = [one for one in COMMANDS if is_run(one) and WITHOUT_TOOLS.pattern in elsewhere(one)]
+LONG = [one for one in COMMANDS if WITHOUT_TOOLS.pattern in elsewhere(one) and is_run(one)]
 
 
 @pytest.mark.parametrize("command", [one for one in LONG if "--unit" in one.words], ids=str)
@@ -346,7 +346,7 @@ def test_every_file_of_data_is_compared():
     assert quoted == {f"data/{path.name}" for path in (ROOT / "docs" / "data").iterdir()}
 
 
-BENCHMARKS = sorted({one.words for one in COMMANDS if is_run(one) and BENCHMARK.search(shlex.join(one.words))})
+BENCHMARKS = sorted({one.words for one in COMMANDS if BENCHMARK.search(shlex.join(one.words)) and is_run(one)})
 
 
 @pytest.mark.nightly

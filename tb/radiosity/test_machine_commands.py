@@ -722,6 +722,7 @@ def test_shadow_rays_of_a_cast_are_goldens(folder):
     assert (folder / "machine.npz").read_bytes() == (folder / "golden.npz").read_bytes()
 
 
+@TWO_CLUSTERS
 def test_a_cast_in_python_is_that_of_the_command(folder):
     """With the counters that --csv writes, as arrays of casts and clusters."""
     result = run(radiosity.cli.main.main, *CAST, "--casts", "2", "-o", "hits.npz", "--csv", "counters.csv")
