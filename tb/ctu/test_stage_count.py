@@ -1,111 +1,59 @@
 """Stages are over in their order, and none too early."""
 
-from collections import Counter
+from collections import deque
 
 import numpy as np
-import pytest
-from amaranth.sim import Simulator
 
 from hw.ctu.ctu_formats import GRID_GROUP
-from hw.ctu.stage_count import NEAR_STAGE, StageCount
-from tb.lib.configurations import config_of
-from tb.lib.timing import documented_latency
+from hw.ctu.stage_count import NEAR_STAGE, StageCount, stage_index_bits
+from tb.lib.bench import Bench
 
-LEAVES, STAGES = 3, 20
-
-
-@pytest.mark.parametrize(("run_ahead", "seed"), [(0, 1), (1, 2), (2, 3), (5, 4)])
-def test_random_stages(run_ahead, seed):
-    """Rays come and go in any order, and what their cells lead to ends some time later; of two frusta."""
-    config = config_of({"ctu.run_ahead": run_ahead})
-    dut, random = StageCount(config=config, exits=LEAVES), np.random.default_rng(seed)
-    assert dut.latency == documented_latency(StageCount, config)
-    # By stage, counted from the near cells' on: rays in flight, the cycle until which its cells lead to something,
-    # whether it is closed, and when nothing was left of it.
-    rays, until, closed, quiet = {}, {}, set(), {}
-
-    async def frustum(ctx):
-        for one in rays, until, closed, quiet:
-            one.clear()
-        over = newest = 0
-        cycle, done, was_busy = 0, False, False
-        ctx.set(dut.begins, 1)
-        await ctx.tick()
-        ctx.set(dut.begins, 0)
-        while not done:
-            cycle += 1
-            assert cycle < 20_000, "the bench hangs"
-            near = newest == 0
-            enters = 0
-            if not near and newest < STAGES and newest - over <= run_ahead and random.random() < 0.4:
-                enters = int(random.integers(1, GRID_GROUP, endpoint=True))
-            closes = newest < STAGES and newest - over <= run_ahead and random.random() < 0.1
-            leaving = []
-            left = Counter(rays)
-            for stage in random.permutation([stage for stage, count in rays.items() for _ in range(count)])[:LEAVES]:
-                if random.random() < 0.3 and left[int(stage)]:
-                    count = int(random.integers(1, min(GRID_GROUP, left[int(stage)]), endpoint=True))
-                    left[int(stage)] -= count
-                    leaving.append((int(stage), count))
-            if enters:
-                rays[newest] = rays.get(newest, 0) + enters
-            ctx.set(dut.enters.valid, int(enters > 0))
-            ctx.set(dut.enters.payload, {"stage": (newest + NEAR_STAGE) % 16, "count": enters})
-            for exit_index in range(LEAVES):
-                ctx.set(dut.left[exit_index].valid, int(exit_index < len(leaving)))
-                if exit_index < len(leaving):
-                    stage, count = leaving[exit_index]
-                    ctx.set(dut.left[exit_index].payload, {"stage": (stage + NEAR_STAGE) % 16, "count": count})
-                    rays[stage] -= count
-                    if random.random() < 0.5:
-                        until[stage] = cycle + int(random.integers(1, 40))
-            ctx.set(dut.closes, int(closes))
-            ctx.set(dut.closed_all, int(newest == STAGES))
-            # What leaves in this cycle is settled no more in the next one.
-            ctx.set(dut.settled, not was_busy)
-            was_busy = any(end >= cycle for end in until.values())
-            if closes:
-                closed.add(newest)
-                newest += 1
-            for stage in closed:
-                if not rays.get(stage) and until.get(stage, 0) <= cycle:
-                    quiet.setdefault(stage, cycle)
-            *_, is_over, near_over, finished = await ctx.tick().sample(dut.over, dut.near_over, dut.done)
-            if is_over:
-                assert over in quiet, f"stage {over} is over too early"
-                over += 1
-            assert near_over == (over > (1 if is_over else 0)) or is_over
-            done = finished
-        assert over == STAGES
-
-    async def testbench(ctx):
-        for _ in range(2):
-            await frustum(ctx)
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(testbench)
-    simulator.run()
+# More stages cannot be closed and not over, so that their numbers are different.
+MOST_CLOSED = 16
 
 
-def test_latency():
-    """A stage ends one cycle after it is closed, or three cycles after its last ray ends."""
-    dut, ends = StageCount(config=config_of({}), exits=1), []
+class TestStageCount(Bench):
+    component, arguments = StageCount, {"exits": 3}
+    variants = tuple({"ctu.run_ahead": stages} for stages in (0, 1, 2, 5))
 
-    async def drive(ctx):
-        ctx.set(dut.settled, 1)
-        # By cycle: what is 1 in it.
-        for cycle in range(20):
-            for port, when in ((dut.begins, 0), (dut.enters.valid, 5), (dut.left[0].valid, 9)):
-                ctx.set(port, int(cycle == when))
-            ctx.set(dut.closes, int(cycle in (3, 5)))
-            for port in dut.enters, dut.left[0]:
-                ctx.set(port.payload, {"stage": 0, "count": 4})
-            *_, over = await ctx.tick().sample(dut.over)
-            ends.extend([cycle] * over)
+    def model(self, config):
+        """The oldest stage is over if it is closed and settled, and all that has entered left three cycles ago."""
+        stages = 1 << stage_index_bits(config)
+        entered, left = (np.zeros(stages, dtype=int) for _ in range(2))
+        self.flying, self.closed, self.oldest, near_over = np.zeros(stages, dtype=int), 0, NEAR_STAGE, 0
+        # Of the present cycle and of those before it: what had entered and left before it.
+        self.ages = deque([(entered, left)] * 4, maxlen=4)
+        given = yield
+        while True:
+            index = self.oldest % stages
+            over = int(self.closed > 0 and given.settled and entered[index] == self.ages[2][1][index])
+            outputs = {
+                "over": over, "near_over": near_over, "done": int(given.closed_all and not self.closed),
+                "rays": sum(1 << int(stage) for stage in np.flatnonzero(np.subtract(*self.ages[3])))}
+            self.oldest, self.closed, near_over = (NEAR_STAGE, 0, 0) if given.begins else (
+                self.oldest + over, self.closed + given.closes - over, near_over | over)
+            entered, left = entered.copy(), left.copy()
+            for total, name in (entered, "enters"), *((left, f"left__{k}") for k in range(self.arguments["exits"])):
+                if item := getattr(given, name):
+                    total[item["stage"] % stages] += item["count"]
+            self.flying = entered - left
+            self.ages.appendleft((entered, left))
+            given = yield outputs
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.run()
-    assert ends == [3 + 1, 9 + documented_latency(StageCount, config_of({}))]
+    def items(self, name, shape, random):
+        """Rays of the oldest stage and those behind it enter; those that end have entered before."""
+        for item in super().items(name, shape, random):
+            stage, count = (self.oldest + random.choice((0, 0, 1, item["stage"]))) % 16, random.randint(1, GRID_GROUP)
+            index = stage % len(self.flying)
+            if name != "enters":
+                count = min(count, int(self.flying[index]))
+                self.flying[index] -= count
+            comes = count and random.random() < (0.2 if name == "enters" else 1)
+            yield {"stage": stage, "count": count} if comes else None
+
+    def drive(self, given, random):
+        """A frustum begins when nothing is in flight."""
+        is_idle = given.enters is None and all((one == other).all() for one, other in self.ages)
+        given.begins = int(is_idle and random.random() < 0.2)
+        given.closes = int(self.closed < MOST_CLOSED and random.random() < 0.4)
+        given.settled = int(random.random() < 0.8)

@@ -20,13 +20,13 @@ def streams_of(signature: wiring.Signature) -> dict[wiring.Flow, list[str]]:
 
 
 def ports_of(signature: wiring.Signature) -> dict[str, object]:
-    """Shapes of the plain ports."""
-    return {name: member.shape for name, member in _members(signature) if member.is_port}
+    """Shapes of the plain ports; those of an interface are called ``NAME__PORT``."""
+    return {name: member.shape for name, member in _ports(signature)}
 
 
 def port_flows(signature: wiring.Signature) -> dict[str, wiring.Flow]:
     """Directions of the plain ports."""
-    return {name: member.flow for name, member in _members(signature) if member.is_port}
+    return {name: member.flow for name, member in _ports(signature)}
 
 
 def port_patterns(signature: wiring.Signature) -> tuple[str, ...]:
@@ -54,3 +54,12 @@ def _members(signature) -> Iterator[tuple[str, wiring.Member]]:
             yield from ((f"{name}__{number}", member) for number in range(member.dimensions[0]))
         elif not member.dimensions:
             yield name, member
+
+
+def _ports(signature) -> Iterator[tuple[str, wiring.Member]]:
+    for name, member in _members(signature):
+        if member.is_port:
+            yield name, member
+        elif set(member.signature.members) != _STREAM:
+            inner = member.signature if member.flow is Out else member.signature.flip()
+            yield from ((f"{name}__{port}", one) for port, one in inner.members.items() if one.is_port)
