@@ -1,4 +1,4 @@
-"""Engine: clusters that cast a queue of sections, their networks and bus, registers, and the memory port."""
+"""Engine: clusters that cast a queue of sections, their network and bus, registers, and the memory port."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -77,6 +77,8 @@ class Engine(wiring.Component):
                               |- SystemBusInterface - LocalBus -------------'    |
                               '- WriteMerge -+- results of each cluster ---------|
                                              '- CompletionWriter ----------------'
+
+    A patch node takes words of loads too, and answers requests of the `PatchNetwork`.
 
     Parameters
     ----------

@@ -20,9 +20,9 @@ _COUNT_BITS = 32
 class ClusterWatch(wiring.Component):
     """Looks at one node per cycle: at its cluster, if it has one, and at its network interface.
 
-    A cluster is late when its oldest section has been that for ``watchdog`` cycles, counted in steps of ``nodes``; a
-    load when it has been read for so many. A fault of a cluster is a time-out of its memory path. Of several in one
-    cycle the first of these is the culprit: a late cluster, a late load, a fault of a cluster, one of a
+    A cluster is late when its oldest section has been the oldest for ``watchdog`` cycles, counted in steps of
+    ``nodes``; a load when it has been read for so many. A fault of a cluster is a time-out of its memory path. Of
+    several in one cycle the first of these is the culprit: a late cluster, a late load, a fault of a cluster, one of a
     node's network interface.
 
     Parameters
@@ -49,7 +49,7 @@ class ClusterWatch(wiring.Component):
 
     Timing
     ------
-    Latency: ``1`` cycle, and up to ``nodes - 1`` until it is a node's turn.
+    Latency: ``1`` cycle, and up to ``nodes - 1`` until a node is polled.
     """
 
     latency = 1

@@ -28,7 +28,7 @@ class PatchNode(wiring.Component):
     Parameters
     ----------
     config
-        The configuration; ``noc.patch_nodes`` of them are in the machine.
+        The configuration; a machine has ``noc.patch_nodes`` patch nodes.
 
     Members
     -------

@@ -43,7 +43,7 @@ ABOUT = {
     "PATH_CELL": "the scene has no such cell",
     "PATH_LIST": "a cell's list reaches beyond the patch lists",
     "PATH_PATCH": "a list names a patch that does not exist",
-    "PATH_RESIDENCE": "the residence table names a cluster that does not hold the patch",
+    "PATH_RESIDENCE": "the residence table names a node that does not hold the patch",
     "PATH_BUS": "a cell or a patch could not be read, or is malformed",
     "PATH_TIMEOUT": "a reply to the memory system of a cluster is outstanding for too long; ends in a reset",
     "NETWORK_CHECK": "the check bits of a flit do not match; ends in a reset",

@@ -19,16 +19,17 @@ class Script:
 
     Parameters
     ----------
-    nodes
-        Number of clusters.
+    clusters, patch_nodes
+        Their numbers.
     events
         By cycle the inputs that change, see `quiet`: streams for that cycle, others from it on.
     submitted
         The doorbell after the first cycle.
     """
 
-    def __init__(self, nodes: int, events: dict[int, dict], *, submitted: int = 6):
-        self._events, self._state = {**events, 1: {"doorbell": submitted} | events.get(1, {})}, quiet(nodes)
+    def __init__(self, clusters: int, events: dict[int, dict], *, patch_nodes: int = 0, submitted: int = 6):
+        self._events = {**events, 1: {"doorbell": submitted} | events.get(1, {})}
+        self._state = quiet(clusters, patch_nodes)
 
     def give(self, cycle: int, values: dict | None) -> dict:
         """The inputs of a cycle."""
@@ -56,7 +57,7 @@ class ControlBench:
     """
 
     def __init__(self, config: Config, *, taken: int = 0):
-        self._nodes, self._taken, dut = config.noc.nodes, taken, JobControl(config=config)
+        self._noc, self._taken, dut = config.noc, taken, JobControl(config=config)
         dut.taken = Signal(32, init=taken)
         # By port its shape, the shape's width, and whether it is a stream that is there or not.
         self._inputs, self._outputs, driven, seen = {}, {}, [], []
@@ -99,7 +100,7 @@ class ControlBench:
 
     async def _drive(self, ctx):
         units, cycles = self._run
-        rules, said = JobRules(nodes=self._nodes, taken=self._taken), None
+        rules, said = JobRules(clusters=self._noc.clusters, nodes=self._noc.nodes, taken=self._taken), None
         for cycle in range(cycles):
             given = units.give(cycle, said)
             ctx.set(self._given, self._pack(given))

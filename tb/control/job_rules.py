@@ -32,17 +32,17 @@ class JobRules:
 
     Parameters
     ----------
-    nodes
-        Number of clusters.
+    clusters, nodes
+        Their numbers; clusters are the first nodes.
     taken
         Descriptors that were taken before.
     """
 
-    def __init__(self, *, nodes: int, taken: int = 0):
+    def __init__(self, *, clusters: int, nodes: int, taken: int = 0):
         self._nodes, self._cycle, self._taken = nodes, 0, taken
         self._live, self._drains, self._far, self._resuming, self._copies = True, False, False, False, False
         # Of each cluster [tag, has begun], and when its oldest section was sent or the one before it was collected.
-        self._sections, self._since = [deque() for _ in range(nodes)], [0] * nodes
+        self._sections, self._since = [deque() for _ in range(clusters)], [0] * clusters
         self._load, self._loaded, self._aborted, self._tail = None, False, deque(), 0
         self._error, self._polled, self._unwritten, self._resets, self._drained = dict(_NONE), (), 0, False, False
         self._enable = self._pending = self._halted = 0
@@ -260,7 +260,7 @@ class JobRules:
         self._far = self._runs and (given["doorbell"] - said["taken"]) % (1 << 32) > 1 << self._kept["ring_bits"]
         self._drains = self._next_drains and self._live
         number = self._cycle % self._nodes
-        fault, network = given["clusters"][number], given["networks"][number]
+        fault, network = dict(enumerate(given["clusters"])).get(number, {}), given["networks"][number]
         found = []
         if fault.get("code") == ErrorCode.PATH_TIMEOUT.value:
             found.append({"code": fault["code"], "cluster": number, "number": fault["number"]})

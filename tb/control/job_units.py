@@ -20,8 +20,8 @@ _WRITE_FAULTS = tuple(ErrorCode[f"WRITE_{name}"].value for name in ("TIMEOUT", "
 _COMMANDS = {"stop": 1, "clear": 2, "resume": 4, "none": 0, "stop far": 1}
 
 
-def quiet(nodes: int) -> dict:
-    """The inputs of `JobControl` of as many clusters while nothing happens, by port.
+def quiet(clusters: int, patch_nodes: int = 0) -> dict:
+    """The inputs of `JobControl` of as many clusters and patch nodes while nothing happens, by port.
 
     A stream is its payload or None, the ``ready`` of an output 0 or 1.
     """
@@ -29,7 +29,7 @@ def quiet(nodes: int) -> dict:
         "i_command": None, "i_interrupt": None, "begins": 0, "i_sent": None, "i_load": None, "i_refused": None,
         "unread": 0, "dispatches": 0, "o_load": 1, "load_over": None, "i_collected": None, "source": 0, "o_record": 0,
         "completed": 0, "unwritten": 0, "empty": 1, "address": 0, "memory_busy": 0, "memory_fault": {},
-        "clusters": [{}] * nodes, "networks": [NetworkFault.NONE.value] * nodes, "ring": RING,
+        "clusters": [{}] * clusters, "networks": [NetworkFault.NONE.value] * (clusters + patch_nodes), "ring": RING,
         "completions": COMPLETIONS, "ring_bits": 3, "doorbell": 0, "image": IMAGE, "watchdog": 0}
 
 

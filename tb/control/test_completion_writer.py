@@ -301,5 +301,6 @@ def test_a_reset_forgets_the_answers_of_the_requests_before_it():
     assert failures == [0] * 10 + [1] * 6
 
 
-def test_one_cluster():
-    Writer(nodes=1).run((5,), own=3).check()
+@pytest.mark.parametrize("counts", [(5,), (1,) * 5])
+def test_other_numbers_of_clusters(counts):
+    Writer(nodes=len(counts)).run(counts, own=3).check()

@@ -208,6 +208,25 @@ def test_the_culprit_is_the_section_that_was_begun_last(benches, code):
         assert codes(records) == [code if k == begun - 1 else "ABORTED" for k in range(3)]
 
 
+def test_patch_nodes_have_a_network_and_no_sections():
+    """A fault there is nobody's, one of a cluster is found at its own turn, the watchdog's steps count all nodes."""
+    bench = ControlBench(PRESETS["tiny"].replace({"noc.columns": 4, "noc.rows": 1, "noc.patch_nodes": 2}))
+    begun = {2: section(0, 0), 3: section(1, 1), 5: {"begins": 3}, 6: {"begins": 0}, 40: {"o_record": 1}}
+
+    def ends(events):
+        found = bench.run(Script(2, begun | events, patch_nodes=2), 60)
+        records = [said["o_record"] for given, said in found if said["o_record"] and given["o_record"]]
+        return errors(found), found[-1][1]["error"]["cluster"], codes(records)
+
+    for node in range(4):
+        networks = [NetworkFault.ORDER.value if k == node else NetworkFault.NONE.value for k in range(4)]
+        assert ends({20: {"networks": networks}}) == (
+            ["NETWORK_ORDER"], node, ["NETWORK_ORDER" if k == node else "ABORTED" for k in range(2)])
+        assert ends({20 + node: {"clusters": [{}, TIMEOUT]}}) == (["PATH_TIMEOUT"], 1, ["ABORTED", "PATH_TIMEOUT"])
+    # The other cluster goes on.
+    assert ends({0: {"watchdog": 20}, 12: {"i_collected": 0}})[::2] == (["WATCHDOG"], ["WATCHDOG"])
+
+
 def test_the_culprit_of_one_reset_is_none_of_the_next(benches):
     """Also if it had no section that could be blamed."""
     events = {2: section(0, 1), 10: {"clusters": [TIMEOUT, {}], "o_record": 1}, 14: {"clusters": [{}, {}]},

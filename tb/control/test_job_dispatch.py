@@ -74,9 +74,9 @@ class Dispatch:
 
     async def _drive(self, ctx):
         dut, given, found = self._dut, self._given, self.found
-        draw, words, nodes = random.Random(given["seed"]), list(self.words()), self.config.noc.nodes
+        draw, words = random.Random(given["seed"]), list(self.words())
         shape = dut.i.payload.shape()
-        wanting = dict.fromkeys(range(nodes), 1)
+        wanting = dict.fromkeys(range(self.config.noc.clusters), 1)
         ctx.set(dut.loaded, int(given["loaded"]))
         ctx.set(dut.last_shell, given["last_shell"])
         offered = False
@@ -383,6 +383,15 @@ def test_rate(dispatch, near):
     assert last - 50 <= words + 4
     # The want is registered.
     assert first - 51 == documented_latency(JobDispatch, CONFIG) == JobDispatch.latency
+
+
+def test_a_section_of_a_patch_node_is_refused():
+    """It has no cluster, so none would ever request the section."""
+    config = CONFIG.replace({"noc.patch_nodes": 1})
+    draw = random.Random(1)
+    ones = [descriptor(config, draw, cluster=node) for node in range(config.noc.nodes)]
+    reported = check(ones, Dispatch(config).run(ones), config=config)
+    assert [event for event, *_ in reported] == ["sent", "sent", "refused"]
 
 
 def test_one_cluster():

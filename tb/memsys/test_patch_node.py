@@ -1,14 +1,16 @@
-"""Requests of clusters to a patch node: the patches that it holds, in order."""
+"""Requests of clusters to a patch node: the patches that it holds, in order, and a reset among them."""
 
 import random
 from itertools import repeat
 
+from golden.engine.config import PRESETS
 from golden.engine.memory_map.layout import EVERY_CLUSTER, NONE
 from hw.memsys.load.image_layout import RegionNumber
 from hw.memsys.patch_node import PatchNode
 from hw.memsys.patches.local_patch_geometry import LocalPatchGeometry
 from hw.memsys.patches.patch_type_memory import PatchTypeMemory
 from tb.lib.bench import Bench, Vectors
+from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.stages import Elastic, Expand, Rigid
 from tb.memsys.patch_words import words_of
 
@@ -42,8 +44,8 @@ class TestPatchNode(Bench):
                  for patch, (cluster, address) in places.items()]
         loads += [word(RegionNumber.PATCHES, address, number, data, NODE)
                   for address, patch in enumerate(held) for number, data in enumerate(words_of(*patch))]
-        # Of another node, and of a region that only clusters have.
-        loads += [word(RegionNumber.PATCHES, 0, 2, 1, 1), word(RegionNumber.CELLS, 0, 0, 1)]
+        # Of the other nodes, and of a region that only clusters have.
+        loads += [word(RegionNumber.PATCHES, 0, 2, 1, node) for node in (0, 1)] + [word(RegionNumber.CELLS, 0, 0, 1)]
         here = {patch: points for patch, _, points in held[:-2] + held[-1:]}
         surfaces = {address: surface for address, (_, surface, _) in enumerate(held)}
         requests = [{"node": draw.randrange(2), "patch": patch} for patch in [*places, *draw.choices([*places], k=30)]]
@@ -52,3 +54,19 @@ class TestPatchNode(Bench):
             for item in requests for point in here.get(item["patch"], [[0, 0, 0]] * 4)]
         return Vectors(inputs={"i_remote": requests}, first={"i_word": loads}, ports={"number": NODE},
                        expected={"o_remote": answers})
+
+
+def test_a_reset_ends_a_reply_and_keeps_the_tables():
+    """Vertices that were left would come before those of the next patch. One leaves in the cycle of the reset."""
+    patches = [(patch, 0, [[patch, 1, number] for number in range(4)]) for patch in (7, 9)]
+    loads = [word(RegionNumber.RESIDENCE, patch, 0, NODE | address << 32)
+             for address, (patch, *_) in enumerate(patches)]
+    loads += [word(RegionNumber.PATCHES, address, number, data, NODE)
+              for address, patch in enumerate(patches) for number, data in enumerate(words_of(*patch))]
+    requests = [(8, {"node": 0, "patch": 7}), (12, {"node": 1, "patch": 9})]
+    bench = ScheduleBench(PatchNode(config=PRESETS["tiny"].replace(CHANGES)))
+    came = bench.run(Schedule(items={"i_remote": requests}, first={"i_word": loads}), number=NODE,
+                     reset=lambda cycles: int(len(cycles["o_remote"]) == 1))
+    first, second = ([{"node": node, "vertex": {"patch": patch, "surface": 0, "vertex": point}} for point in points]
+                     for node, (patch, _, points) in enumerate(patches))
+    assert came["o_remote"] == [*first[:2], *second]

@@ -21,7 +21,7 @@ from golden.cast.screen import Screen
 from golden.cast.shadow_rays import ShadowRays
 from golden.engine.cast.fixed_frusta import ShellingFrusta, shares
 from golden.engine.cast.fixed_hits import FixedHits
-from golden.engine.config import PRESETS
+from golden.engine.config import PRESETS, Noc
 from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.job import plan_job
 from golden.engine.jobs.result_formats import HitFormat
@@ -215,7 +215,8 @@ def test_what_the_simulation_overrides_is_named():
     text = "; simulated with icu.rays 16384 instead of 262144, icu.generation_bits 8 instead of 4"
     assert overridden_text(changes) == text
     assert set(changes) == {"icu.rays", "icu.generation_bits"}
-    noc = SimpleNamespace(nodes=8, topology="torus")
+    # Ten nodes.
+    noc = Noc(topology="torus", columns=5, patch_nodes=2)
     caster = SimpleNamespace(_simulated=SimpleNamespace(config=SimpleNamespace(noc=noc)), _changes=changes,
                              jobs=1, frusta=1, rays=1, cycles=1, tested=1, cells={0.5: 1}, _cell=None, kinds={})
     assert MachineCaster.summary(caster).startswith("machine: 8 clusters, torus, cell 0.5 (chosen), 1 job, 1 frusta")

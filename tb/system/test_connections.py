@@ -27,9 +27,12 @@ from tb.system.connections import Connections
 
 pytestmark = pytest.mark.sim
 CONFIG = PRESETS["tiny"].replace({"ctu.subshell_bits": 10, "noc.columns": 2, "noc.rows": 1})
+# Without lists of subshells it may have patch nodes.
+MIXED = PRESETS["tiny"].replace({"noc.columns": 4, "noc.rows": 1, "noc.patch_nodes": 2})
 UNITS = ("MemorySystem", "IntersectionUnit", "TraversalUnit")
 BLOCKS = ("Registers", "JobControl", "MainMemoryPort", "CompletionWriter", "DescriptorFetch", "JobDispatch",
-          "PreloadDma", "LoadControl", "WriteMerge", "LocalBus", "SystemBusInterface", "PatchNetwork", "Cluster")
+          "PreloadDma", "LoadControl", "WriteMerge", "LocalBus", "SystemBusInterface", "PatchNetwork", "Cluster",
+          "PatchNode")
 PARTS = ("PatchSetup", "IntersectionPipeline", "IcRayGenerator", "SettleMap", "ReadOut")
 # No two of them are the same.
 SCENE = {"cells": 700, "lists": 1234, "patches": 300}
@@ -53,8 +56,8 @@ def cluster():
 
 @pytest.fixture(scope="module")
 def engine():
-    """An engine."""
-    return Connections(hw.engine, BLOCKS, lambda: Engine(config=CONFIG))
+    """An engine of two clusters and two patch nodes."""
+    return Connections(hw.engine, BLOCKS, lambda: Engine(config=MIXED))
 
 
 @pytest.fixture(scope="module")
@@ -201,7 +204,7 @@ def test_a_stop_ends_what_memory_has_accepted_and_nothing_else(engine):
             # The request that was merged before the stop is not passed on.
             assert ctx.get(port.i_read.valid) == ctx.get(port.i_write.valid) == (not stops)
             for name, unit in units.items():
-                if name == "Cluster":
+                if name in ("Cluster", "PatchNode"):
                     assert ctx.get(unit.reset) == stops
 
     engine.simulate(bench)
@@ -229,15 +232,22 @@ def test_sections_may_have_the_shells_that_were_loaded(engine, made):
     engine.simulate(bench)
 
 
+def test_nodes_have_the_numbers_of_their_places_and_clusters_come_first(engine):
+    async def bench(ctx):
+        assert [ctx.get(engine.units[name].number) for name in ("Cluster", "PatchNode")] == [1, 3], "the last of each"
+
+    engine.simulate(bench)
+
+
 def test_a_fault_of_the_network_is_that_of_its_node(engine):
-    units = engine.units
+    units, nodes = engine.units, range(4)
 
     async def bench(ctx):
         network, control = units["PatchNetwork"], units["JobControl"]
-        for number, fault in (0, NetworkFault.ORDER), (1, NetworkFault.CHECK):
-            for node in range(2):
+        for number, fault in (0, NetworkFault.ORDER), (1, NetworkFault.CHECK), (3, NetworkFault.ORDER):
+            for node in nodes:
                 ctx.set(network.fault[node], fault if node == number else NetworkFault.NONE)
-            assert [ctx.get(control.networks[node]) for node in range(2)] == [
-                fault if node == number else NetworkFault.NONE for node in range(2)]
+            assert [ctx.get(control.networks[node]) for node in nodes] == [
+                fault if node == number else NetworkFault.NONE for node in nodes]
 
     engine.simulate(bench)

@@ -81,6 +81,9 @@ def test_a_configuration_for_so_many_clusters():
     assert simulation_config(PRESETS["paper"], clusters=1, topology="mesh", given=("icu.rays",)).icu.rays == 1 << 18
     with pytest.raises(InputError, match="must be at most 64"):
         simulation_config(PRESETS["paper"], clusters=128, topology="mesh")
+    # Patch nodes stay beside them.
+    noc = simulation_config(PRESETS["board"], clusters=4, topology=None).noc
+    assert (noc.clusters, noc.patch_nodes, noc.nodes) == (4, 1, 5)
 
 
 def test_registers_and_counters_have_names_of_their_own():

@@ -1,4 +1,4 @@
-"""Parameters of the network between the clusters."""
+"""Parameters of the network of clusters and patch nodes."""
 
 from dataclasses import dataclass
 
@@ -13,17 +13,18 @@ __all__ = ["Noc"]
 
 @dataclass(frozen=True, kw_only=True)
 class Noc:
-    """Parameters of the network between the clusters.
+    """Parameters of the network of clusters and patch nodes.
 
     Parameters
     ----------
     topology
         ``mesh``, ``torus``, ``ring``, ``illiac`` or ``hypercube``, see `golden.engine.noc.topology`.
     columns, rows
-        Nodes side by side, a cluster each; 1 to 64 each and at most 64 in all, in a hypercube powers of two. A ring
-        visits row after row.
+        Nodes side by side, each a cluster or a patch node; 1 to 64 each and at most 64 in all, in a hypercube powers of
+        two. A ring visits row after row.
     patch_nodes
-        The last so many nodes hold a share of the patches and have no cluster; fewer than there are nodes.
+        Number of patch nodes, the last of the nodes: they hold a share of the patches and have no cluster; fewer than
+        all nodes.
     virtual_channels
         Virtual channels of each input port of a router, for requests and for replies each; 1 to 8. A multiple of 2
         where the links form a cycle in which packets could deadlock (`golden.engine.noc.routing`). Hardware only.

@@ -36,27 +36,27 @@ def _times(count):
 
 
 def _istructure(config, each):
-    memsys, found = config.memsys, []
+    memsys, structures = config.memsys, []
     if memsys.store_patches:
-        found.append((
+        structures.append((
             f"store of {memsys.store_patches} patches, {memsys.store_requests} requests",
-            "requests for patches that the resident set has not wait in the patch store for one fetch "
+            "requests for patches outside the resident set wait in the patch store for one fetch "
             "(memsys.store_patches, memsys.store_requests)"))
     if config.ctu.subshells:
-        found.append((
+        structures.append((
             f"{config.ctu.ray_slots} grid rays",
             "a request for a grid ray that is absent waits until it returns: there are lists of subshells "
             "(ctu.subshell_bits, ctu.ray_slots)"))
-    if not found:
+    if not structures:
         return Part(name="I-structure", size="", about="there is no patch store (memsys.store_patches=0)")
-    return Part(name="I-structure", size=" and ".join(f"{each}{size}" for size, _ in found),
-                about="; ".join(about for _, about in found))
+    return Part(name="I-structure", size=" and ".join(f"{each}{size}" for size, _ in structures),
+                about="; ".join(about for _, about in structures))
 
 
 def _router(config):
     noc = config.noc
     if noc.nodes == 1:
-        return Part(name="router", size="", about="a cluster alone requests patches of no other one "
+        return Part(name="router", size="", about="a single cluster requests no patches of another one "
                     "(noc.columns=1, noc.rows=1)")
     return Part(name="router", size=f"{noc.nodes * (2 if noc.networks == 'physical' else 1)} in {noc.network()}",
                 about=f"requests for patches from {_ends(noc)}, and the replies: a router for each node and "

@@ -112,7 +112,7 @@ REGIONS = (
         Field("vertex", "u8", "low 64 bits of each vertex, which are not all 0; a triangle repeats its last one", 4),
         Field("reserved", "u8", "0", 2),
     )),
-    Region("residence", "phase", "patch id", "The cluster that holds a copy of the patch.", (
+    Region("residence", "phase", "patch id", "The node that holds a copy of the patch.", (
         Field("cluster", "i4", f"{NONE}: main memory only, {EVERY_CLUSTER}: each cluster has a copy"),
         Field("address", "i4", f"local address there, {NONE}: none"),
     )),

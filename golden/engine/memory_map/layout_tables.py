@@ -35,7 +35,7 @@ def record_table(region: Region, *, has_life: bool = False) -> str:
 def _rules():
     """What the fields must be, under a heading of their own."""
     lines = ["## Rules", "", "A load that reads a record without one of these ends with the code, and with the "
-             "region's first byte as its address. A patch that no cluster holds is read by casts: their sections end "
+             "region's first byte as its address. A patch that no node holds is read by casts: their sections end "
              "with `PATH_BUS`.", "", "| region | fields | must be | code |", "|---|---|---|---|"]
     for rule in RULES:
         fields = ", ".join(f"`{name}`" for name in rule.fields)

@@ -39,6 +39,7 @@ MESSAGES = [
     ("noc.buffer_flits=1", "configuration: Buffer flits (noc.buffer_flits) must be 2 to 64, not 1"),
     ("noc.requests=65", "configuration: Requests (noc.requests) must be 1 to 64, not 65"),
     ("noc.columns=64", "configuration: Columns times rows (noc.columns, noc.rows) must be at most 64, not 64 x 2"),
+    ("noc.patch_nodes=8", "configuration: Patch nodes (noc.patch_nodes) must be 0 to 7, not 8"),
     ("icu.rays", "configuration: a parameter is given as PATH=VALUE, not 'icu.rays'"),
     ("icu.rays=many", "configuration: icu.rays must be of type int, not 'many'"),
 ]
@@ -134,6 +135,16 @@ def test_a_ray_memory_for_a_larger_frustum_has_a_power_of_two_of_rays():
 def test_pipelines_follow_from_the_clusters_unless_given():
     assert [Ctu().traversal_pipelines(clusters) for clusters in (1, 2, 4, 8, 16)] == [2, 2, 2, 3, 4]
     assert Ctu(pipelines=1).traversal_pipelines(16) == 1
+
+
+@pytest.mark.parametrize("patch_nodes", [1, 7])
+def test_patch_nodes_and_lists_of_subshells_exclude_each_other(patch_nodes):
+    """A node without a cluster has no list; a cluster alone beside such nodes is no exception."""
+    given = {"noc.patch_nodes": patch_nodes}
+    assert Config().replace(given).noc.clusters == 8 - patch_nodes
+    with pytest.raises(InputError, match=rf"must be 0 where clusters have lists of subshells \(ctu\.subshell_bits\), "
+                                         rf"not {patch_nodes}$"):
+        Config().replace({**given, "ctu.subshell_bits": 6})
 
 
 def test_networks_that_could_deadlock_are_refused():

@@ -57,8 +57,9 @@ def test_capacities(image, region):
 
 @pytest.mark.parametrize(("config", "field", "most", "message"), [
     (CONFIG, "residents", CONFIG.memsys.own_patches, "Patches of a resident set"),
+    (CONFIG.replace({"noc.patch_nodes": 1}), "residents", CONFIG.memsys.own_patches, "Patches of a resident set"),
     (CONFIG, "subshells", 0, "Subshells of a cluster"), (LISTS, "subshells", 64, "Subshells of a cluster")])
-def test_capacities_of_a_cluster(image, config, field, most, message):
+def test_capacities_of_a_node(image, config, field, most, message):
     clusters = image["clusters"].copy()
     changed = MemoryImage({**image.regions, "clusters": clusters})
     for value in range(max(0, most - 1), most + 2):

@@ -36,7 +36,9 @@ def test_frusta_that_fill_the_machine_are_not_scheduled(monkeypatch):
 
 def test_cycles_are_predicted_where_clusters_take_frusta_in_turn():
     alone = CONFIG.replace({"noc.columns": 1, "noc.rows": 1})
-    assert [request(hemispheres(count), config).cycles for count, config in ((2, CONFIG), (3, alone))] == [None, None]
+    beside = CONFIG.replace({"noc.patch_nodes": 1})
+    assert [request(hemispheres(count), config).cycles for count, config in (
+        (2, CONFIG), (3, alone), (3, beside))] == [None] * 3
     table = scene().shelling.table
     np.testing.assert_array_equal(request(hemispheres(3), CONFIG).cycles, frustum_cycles(
         hemispheres(3), scene().geometry, table, CONFIG))
