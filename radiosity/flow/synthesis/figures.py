@@ -137,7 +137,7 @@ def _machines(records):
         lines.append(f"| `{record.unit}` | {' | '.join(cells)} |")
     options = ", ".join(f'`--nextpnr "{record.options}"`' for record in records)
     return [*lines, "", _filled(
-        f"{FAMILIES['ecp5'].title}, preset `board`, one cluster with its memory and its host, placed and routed with "
+        f"{FAMILIES['ecp5'].title}, preset `board` with its memory and its host, placed and routed with "
         f"{options}. MHz: of several seeds the least, the median and the best. {_tools(records)}.")]
 
 
