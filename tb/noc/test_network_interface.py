@@ -207,6 +207,22 @@ def test_faults_of_requests_are_reported_and_block_nothing(how, fault):
     assert bench.received[-1] == (3, 77)
 
 
+def test_the_first_fault_since_reset_stays():
+    """Whatever comes after it, in requests or in replies; of two at once that of the requests."""
+    bench = InterfaceBench(VARIANTS[0])
+    config = bench.config
+    (node, patch, surface, vertices), = patches(config, bench.random, 1)
+    request, elsewhere = (request_flits(config, source=node, destination=goal, patch=patch)
+                          for goal in (NODE, NODE + 1))
+    reply = reply_flits(config, source=node, destination=NODE, patch=patch, surface=surface, vertices=vertices)
+    wrong_request, wrong_reply = (broken(one, "bit", config) for one in (request, reply))
+    for requests, replies, fault in (([*wrong_request, *elsewhere], [], NetworkFault.CHECK),
+                                     ([*request, *request, *elsewhere], wrong_reply, NetworkFault.CHECK),
+                                     (elsewhere, [*reply, *wrong_reply], NetworkFault.ADDRESS),
+                                     (elsewhere, wrong_reply, NetworkFault.ADDRESS)):
+        assert InterfaceBench(VARIANTS[0]).run(30, flits=(requests, replies)).fault == fault
+
+
 @pytest.mark.parametrize("method", ["parity", "crc"])
 def test_check_bits_detect_every_single_bit_error(method):
     generator = random.Random(3)

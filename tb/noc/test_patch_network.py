@@ -88,13 +88,15 @@ def test_every_port_has_the_arbitration_of_the_configuration(monkeypatch, networ
 
 @pytest.mark.parametrize("networks", ["virtual", "physical"])
 def test_flits_are_those_of_requests_and_of_replies(networks):
-    """Two routers pass each of them."""
-    config = PRESETS["tiny"].replace({"noc.networks": networks})
+    """Two routers pass each of them, in channels of its kind to the end."""
+    config = PRESETS["tiny"].replace({"noc.networks": networks, "noc.virtual_channels": 2})
     corners = [[1, 2, 3]] * 4
     bench = ScheduleBench(PatchNetwork(config=config), idle_limit=40, watched=["flits"])
     reply = [{"node": 0, "vertex": {"patch": 7, "surface": 0, "vertex": corner}} for corner in corners]
-    bench.run(Schedule(items={"i_request__0": [(0, {"node": 1, "patch": 7})],
-                              "i_reply__1": [(0, vertex) for vertex in reply]}))
+    came = bench.run(Schedule(items={"i_request__0": [(0, {"node": 1, "patch": 7})],
+                                     "i_reply__1": [(0, vertex) for vertex in reply]}))
+    assert {name: items for name, items in came.items() if items} == {
+        "o_request__1": [{"node": 0, "patch": 7}], "o_reply__0": [vertex["vertex"] for vertex in reply]}
     count = len(request_flits(config, source=0, destination=1, patch=7)) + len(reply_flits(
         config, source=1, destination=0, patch=7, surface=0, vertices=corners))
     assert bench.history["flits"][-1] == 2 * count
