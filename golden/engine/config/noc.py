@@ -8,7 +8,10 @@ from golden.engine.noc.router import ARBITRATIONS
 from golden.engine.noc.routing import classes_needed
 from golden.engine.noc.topology import TOPOLOGIES, Topology
 
-__all__ = ["Noc"]
+__all__ = ["MOST_NODES", "Noc"]
+
+MOST_NODES = 64
+"""Most nodes of a network."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,8 +73,8 @@ class Noc:
         for name, choices in (("arbitration", ARBITRATIONS), ("networks", ("physical", "virtual")),
                               ("check", ("none", "parity", "crc"))):
             check_choice("noc", name, getattr(self, name), choices)
-        if self.nodes > 64:
-            raise InputError("configuration: Columns times rows (noc.columns, noc.rows) must be at most 64, "
+        if self.nodes > MOST_NODES:
+            raise InputError(f"configuration: Columns times rows (noc.columns, noc.rows) must be at most {MOST_NODES}, "
                              f"not {self.columns} x {self.rows}")
         check_range("noc", "patch_nodes", self.patch_nodes, 0, self.nodes - 1)
         classes = classes_needed(self.network())

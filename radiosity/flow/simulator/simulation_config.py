@@ -1,7 +1,9 @@
 """Configurations of simulated machines."""
 
 from golden.base.errors import InputError
+from golden.base.plural import counted
 from golden.engine.config import Config
+from golden.engine.config.noc import MOST_NODES
 from golden.engine.noc.topology import grid_shape
 
 __all__ = ["SIMULATION_DEFAULTS", "overridden", "overridden_text", "simulation_config"]
@@ -49,6 +51,10 @@ def simulation_config(config: Config, *, clusters: int | None, topology: str | N
     if topology is not None:
         changes["noc.topology"] = topology
     if clusters is not None:
+        most = MOST_NODES - config.noc.patch_nodes
+        if config.noc.patch_nodes and clusters > most:
+            raise InputError(f"machine: --clusters must be at most {most} beside "
+                             f"{counted(config.noc.patch_nodes, 'patch node')} (noc.patch_nodes), not {clusters}")
         changes["noc.columns"], changes["noc.rows"] = grid_shape(max(1, clusters) + config.noc.patch_nodes)
     return config.replace(changes)
 

@@ -147,8 +147,9 @@ class EngineMachine:
         """
         _check("Nodes", nodes, MOST_NODES)
         _check("Groups", groups, nodes)
-        config = simulation_config(self._config, clusters=min(nodes, _CONFIGURED), topology=None, given=self._given,
-                                   rays=self._spec.rays[0] * self._spec.rays[1])
+        # Every cluster holds all patches, so nothing is requested of patch nodes.
+        config = simulation_config(self._config.replace({"noc.patch_nodes": 0}), clusters=min(nodes, _CONFIGURED),
+                                   topology=None, given=self._given, rays=self._spec.rays[0] * self._spec.rays[1])
         prepared = prepare_job(replace(self._spec, cell=self._cell, group=nodes // groups), config)
         self._cell, job = prepared.cell, plan_job([prepared.request], config)
         timing, pipelines = job_timing(config, latency=self._latency), config.ctu.traversal_pipelines(nodes)
