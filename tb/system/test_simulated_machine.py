@@ -84,7 +84,7 @@ def test_a_configuration_for_so_many_clusters():
     # Patch nodes stay beside them.
     noc = simulation_config(PRESETS["board"], clusters=4, topology=None).noc
     assert (noc.clusters, noc.patch_nodes, noc.nodes) == (4, 1, 5)
-    with pytest.raises(InputError, match=r"--clusters must be at most 63 beside 1 patch node \(noc.patch_nodes\), not 64"):
+    with pytest.raises(InputError, match=r"at most 63 beside 1 patch node \(noc.patch_nodes\), not 64"):
         simulation_config(PRESETS["board"], clusters=64, topology=None)
 
 
