@@ -198,7 +198,7 @@ def run(command, folder):
 
 def check(commands, folder):
     """Run them in a folder and compare what they print. Some write into docs/, which a checkout has."""
-    (folder / "docs").mkdir()
+    (folder / "docs" / "formats").mkdir(parents=True)
     for command in commands:
         printed = " ".join(run(command, folder).split())
         for text in command.prints:
