@@ -92,7 +92,7 @@ coverage: $(STAMP) ## arms and toggles that make sim covers, by folder; BLOCK=ic
 formal: $(STAMP) ## proofs of streams, queues and windows, each with a negative control that must fail
 	$(PYTEST) tb/formal
 
-bench: $(STAMP) ## all benchmarks (about two hours), tables in out/bench/; one of them: radiosity bench NAME
+bench: $(STAMP) ## all benchmarks (about three hours), tables in out/bench/; one of them: radiosity bench NAME
 	@echo "== measuring into $(OUT)/bench/"
 	@for name in casting schedule shelling traversal exactness reference_hits network network_load caches main_memory jobs view_factors daylight references mesh_sizes istructure; do \
 	  $(BIN)/radiosity bench $$name || exit 1; \
