@@ -109,7 +109,7 @@ def test_routers_of_any_node_are_those_of_each_node(network, monkeypatch):
 
     async def drive(ctx):
         for cycle, (word, expected) in enumerate(zip(one["given"], one["required"], strict=True)):
-            assert ctx.get(harness.o) & one["mask"] == expected, cycle
+            assert ctx.get(harness.o) == expected, cycle
             ctx.set(harness.i, word)
             await ctx.tick()
 

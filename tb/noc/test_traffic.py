@@ -63,7 +63,7 @@ def test_what_is_measured_is_the_window():
                       made=np.array([9, 10, 15, 20]), message=np.zeros(4, dtype=int))
     taken = np.array([11, 12, 19, 20, 18, 19, 30, NEVER])
     arrivals = Arrivals(packet=np.repeat(np.arange(4), 2), entered=taken, entry=taken, left=taken, channel=taken,
-                        taken=taken)
+                        taken=taken, credits=np.empty((0, 3), dtype=int))
     window = Window(warm_up=10, measured=10, drain=10)
     seen = observed(packets, arrivals, window, np.arange(2))
     assert (seen.offered, seen.accepted, seen.latency, seen.worst) == (4 / 20, 5 / 20, (10 + 4) / 2, 10)

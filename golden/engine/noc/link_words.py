@@ -47,11 +47,6 @@ class LinkWords:
         """Of a link in a word."""
         return 1 + self.payload_bits + self.channels
 
-    @property
-    def flits_only(self) -> int:
-        """The bits of a word beside the credits."""
-        return sum((1 << 1 + self.payload_bits) - 1 << link * self.link_bits for link in range(self.links))
-
     def flit(self, cycle: int, link: int, data: int, first: bool, last: bool, channel: int) -> None:
         """A flit is on a link."""
         payload = data | int(first) << self.bits | int(last) << self.bits + 1 | channel << self.bits + 2
@@ -64,7 +59,7 @@ class LinkWords:
 
 def link_words(packets: Packets, arrivals: Arrivals, data: Sequence[int], *, nodes: int, bits: int,
                channels: int) -> tuple[LinkWords, LinkWords]:
-    """What a network is given, and what it must answer, `LinkWords.flits_only`.
+    """What a network is given, and what it must answer.
 
     Parameters
     ----------
@@ -94,4 +89,6 @@ def link_words(packets: Packets, arrivals: Arrivals, data: Sequence[int], *, nod
         given.flit(int(arrivals.entered[flit]), source, word, first, last, int(arrivals.entry[flit]))
         required.flit(int(arrivals.left[flit]), destination, word, first, last, int(arrivals.channel[flit]))
         given.credit(int(arrivals.taken[flit]), destination, int(arrivals.channel[flit]))
+    for credit in arrivals.credits.tolist():
+        required.credit(*credit)
     return given, required

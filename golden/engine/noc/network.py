@@ -55,6 +55,8 @@ class Arrivals:
         Cycle and virtual channel on the wire out of the last router.
     taken
         Cycle in which the sink accepted the flit, and its credit is on the wire.
+    credits
+        Credits that first routers return to sources, a row for each: cycle on the wire, node, virtual channel.
     """
 
     packet: np.ndarray
@@ -63,6 +65,7 @@ class Arrivals:
     left: np.ndarray
     channel: np.ndarray
     taken: np.ndarray
+    credits: np.ndarray
 
 
 class Network:
@@ -150,7 +153,7 @@ class _Run:
         self._entered, self._left, self._left_channel, self._taken = (np.full(count, NEVER) for _ in range(4))
         self.taken_count = 0
         channels, entries = routers.channels, network._buffer_flits
-        self._credits = np.full((nodes, channels), entries)
+        self._credits, self._returned = np.full((nodes, channels), entries), [np.empty((0, 3), dtype=np.int64)]
         self._last_sent = np.full(nodes, messages - 1)
         self._nodes, self._rows = np.arange(nodes), rows
         self._waiting = np.zeros((nodes, channels * entries), dtype=np.int64)
@@ -172,7 +175,10 @@ class _Run:
         self._waiting[node, (self._head[node] + self._level[node]) % self._waiting.shape[1]] = flits
         self._level[node] += 1
         back = wires.credits[wires.credits // channels % ports == LOCAL]
-        np.add.at(self._credits, (back // channels // ports, back % channels), 1)
+        returned = back // channels // ports, back % channels
+        np.add.at(self._credits, returned, 1)
+        if len(back):
+            self._returned.append(np.stack([np.full(len(back), cycle), *returned], axis=1))
 
     def _send(self, cycle, stalls):
         """The nodes that send, and their flits."""
@@ -210,4 +216,4 @@ class _Run:
     def arrivals(self):
         """The cycles recorded in the run."""
         return Arrivals(packet=self._packet, entered=self._entered, entry=self._channel, left=self._left,
-                        channel=self._left_channel, taken=self._taken)
+                        channel=self._left_channel, taken=self._taken, credits=np.concatenate(self._returned))

@@ -19,7 +19,7 @@ from radiosity.flow.package.example.stream_script import Script
 
 __all__ = ["ctu_script"]
 
-_SCENE, _FRUSTUM, _CELL = "cornell", {"patch": 4, "rays": (32, 8)}, 0.25
+_SCENE, _FRUSTUM, _CELL = "cornell", {"patch": 4, "rays": (32, 8)}, 0.2
 # Cycles in which the survival test reads the whole settle map twice, for each tile of it.
 _SWEEP = 8
 # Stages are numbered modulo this.
@@ -63,11 +63,12 @@ def ctu_script(unit: TraversalUnit, config: Config) -> Script:
     script.next_step(pause=_SWEEP * len(words))
     script.give("i_near", [{"cell": cell, "is_cell": 1, "last": k == len(near) - 1} for k, cell in enumerate(near)]
                 or [{"last": 1}])
-    cells = [(NEAR_STAGE, cell) for cell in near]
+    stages = [(NEAR_STAGE, near)]
     for shell in range(2, golden.last_shell + 1):
         opened = golden.open(shell, SettlePyramid(codes, config), threshold=golden.threshold(shell, config))
-        cells += [((shell - 2) % _STAGES, cell) for cell in opened.tolist()]
-    script.require("o", [{"stage": stage, "cell": cell, "final": 0} for stage, cell in cells], any_order=True)
-    script.next_step()
+        stages.append(((shell - 2) % _STAGES, opened.tolist()))
+    for stage, cells in stages:
+        script.require("o", [{"stage": stage, "cell": cell, "final": 0} for cell in cells], any_order=True)
+        script.next_step()
     script.require("o", [{"stage": None, "cell": None, "final": 1}])
     return script

@@ -36,12 +36,11 @@ def link_example(name: str, config: Config, *, is_router: bool) -> dict[str, str
     given, required, flits = _words(config)
     module = f"{name}_network" if is_router else name
     sources = [f"../{name}.v", *(["network.v"] if is_router else []), "words.v"]
-    mask = f"{required.flits_only:x}"
     width = given.link_bits * given.links
     files = example_files("link", {
         "NAME": name, "WIDTH": str(width), "LINKS": str(given.links), "LINK": str(given.link_bits),
-        "CYCLES": str(given.cycles), "FLITS": str(flits), "MASK": f"{width}'h{mask}", "PYTHON_MASK": f"0x{mask}",
-        "MAKE_SOURCES": " ".join(sources), "SOURCES": ", ".join(f'"{source}"' for source in sources)})
+        "CYCLES": str(given.cycles), "FLITS": str(flits), "MAKE_SOURCES": " ".join(sources),
+        "SOURCES": ", ".join(f'"{source}"' for source in sources)})
     files |= {f"example/{file}.hex": "".join(f"{word:0{-(-width // 4)}x}\n" for word in side.words)
               for file, side in (("given", given), ("required", required))}
     files["example/words.v"] = _words_module(module, "" if is_router else " .flits(), .stalls(),", given)

@@ -35,6 +35,12 @@ def check(routing, given, arrivals, messages, router_cycles=2):
     hops = routing.hops[given.source, given.destination][arrivals.packet]
     assert (arrivals.left - arrivals.entered >= (router_cycles + 1) * (hops + 1)).all()
     assert (arrivals.taken > arrivals.left).all()
+    # A queue is left in order, at most a flit in a cycle, at the earliest in the cycle after its entry.
+    entered = np.stack([arrivals.entered, given.source[arrivals.packet], arrivals.entry], axis=1)
+    entered, back = (rows[np.lexsort(rows.T)] for rows in (entered, arrivals.credits))
+    assert np.array_equal(back[:, 1:], entered[:, 1:]), "a credit for each flit"
+    assert (back[:, 0] - entered[:, 0] >= 2).all()
+    assert len(np.unique(back, axis=0)) == len(back)
     # At each node and for each kind: the order in which flits come out.
     row = given.destination * messages + given.message
     order = np.lexsort((arrivals.left, row[arrivals.packet]))
