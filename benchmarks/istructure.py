@@ -3,7 +3,8 @@
 ``radiosity bench istructure`` simulates machines of preset ``paper`` on which each cluster casts a hemisphere of its
 own, with resident sets of several sizes, and with a patch store whose presence bits defer requests, or block, or that
 has one request in flight, with none, and without a network. It writes out/bench/istructure.md and a chart for each
-number of clusters. Areas are those of docs/figures/history.csv. With ``--calibrate`` it simulates what
+number of clusters. Areas are those of docs/figures/history.csv. With ``--sizes`` it compares sizes of the resident
+set and of the patch store instead, of scenes that one cluster does not hold. With ``--calibrate`` it simulates what
 docs/figures/istructure-cycles.csv has of the hardware, and with ``--hardware`` the hardware casts it again.
 """
 
@@ -28,6 +29,8 @@ SCENES = ("lobby", "room1627", "cubes", "man", "phone", "city:4")
 # Shares of a scene's patches that a cluster has memory for.
 SHARES = {"1/8": 1 / 8, "1/4": 1 / 4, "1/2": 1 / 2}
 _ALL, _CLUSTERS = "all", (1, 4, 16)
+# Sizes that are compared: patches of a cluster's resident set and of its store. The first one is what others count by.
+SIZES = ((1024, 128), (1024, 1024), (2048, 128))
 _COUNTS = ("own memory", "store", "other clusters", "cache", "main memory", "deferred", "flits")
 
 # By sets, share and path.
@@ -47,6 +50,13 @@ def outcomes_of(scene: SharedScene, clusters: int, shares: tuple[str, ...] = tup
             home = scene.home(clusters, placement, SHARES[name]).tobytes()
             found |= {(placement, name, access): outcome(home, access) for access in Access}
     return found
+
+
+def sized_cycles(scene: SharedScene, clusters: int) -> list[float]:
+    """Cycles by `SIZES`; clusters that can hold all patches do."""
+    return [scene.outcome(clusters, scene.home(
+        clusters, Placement.DEALT if own < scene.patches else Placement.EVERYWHERE, min(1, own / scene.patches)),
+        Access.DEFERRAL, frames=frames).cycles for own, frames in SIZES]
 
 
 def relative(found: list[Outcomes], placement: Placement, share: str, access: Access) -> float:
@@ -99,6 +109,17 @@ def _calibration(folder, hardware):
     return table(["scene", "clusters", "sets", "share", "store", "requests", "cycles", "simulated", "error"], rows)
 
 
+def _size_table(scenes, clusters):
+    """Of each scene with more patches than a resident set, and each number of clusters: cycles by sizes."""
+    rows = []
+    for name, scene in scenes.items():
+        for count in clusters if scene.patches > SIZES[0][0] else ():
+            first, *others = sized_cycles(scene, count)
+            rows.append([f"`{name}`", scene.patches, count, f"{first:.0f}", *(f"{one / first:.3f}" for one in others)])
+            console().note(f"{name}, {count} clusters: simulated")
+    return table(["scene", "patches", "clusters", *(f"{own} and {frames}" for own, frames in SIZES)], rows)
+
+
 def _chart(path, found, clusters):
     """Cycles of each path against the share of the patches that a cluster has memory for."""
     shares = np.array([*SHARES.values(), 1])
@@ -122,9 +143,10 @@ def _chart(path, found, clusters):
 @click.option("--latency", type=click.IntRange(1), default=50, show_default=True,
               help="Set the latency of main memory in cycles.")
 @click.option("--casts", type=click.Path(file_okay=False, path_type=Path), help="Keep the casts in this folder.")
+@click.option("--sizes", is_flag=True, help="Compare sizes of resident sets and patch stores instead.")
 @click.option("--calibrate", is_flag=True, help="Compare with all recorded cycles of the hardware instead.")
 @click.option("--hardware", is_flag=True, help="With --calibrate, have the hardware cast again: many minutes.")
-def main(scenes, output, clusters, rays, cell, latency, casts, calibrate, hardware) -> None:
+def main(scenes, output, clusters, rays, cell, latency, casts, sizes, calibrate, hardware) -> None:
     """Compare paths to patches that a cluster does not hold; SCENES default to those of the thesis, and city."""
     if calibrate:
         write_report(output, ["# Machines that share a scene, simulated and of the hardware", "",
@@ -132,6 +154,15 @@ def main(scenes, output, clusters, rays, cell, latency, casts, calibrate, hardwa
         return
     made = {name: SharedScene(name, rays=rays, cell=cell, latency=latency, folder=casts)
             for name in dict.fromkeys(scenes or SCENES)}
+    conditions = (
+        f"{provenance('numpy')}; preset paper, a hemisphere of {rays[0]} x {rays[1]} rays for each cluster, "
+        f"{cell_text(cell)}, main memory {latency} cycles away, stores with what the frustum before has left.")
+    if sizes:
+        write_report(output, ["# Sizes of resident sets and patch stores", "", conditions, "",
+                              "Cycles by patches of a cluster's resident set and of its store, those of the second "
+                              "and third sizes over those of the first one:", "",
+                              *_size_table(made, sorted({*clusters}))])
+        return
     found = {}
     for count in sorted({*clusters}):
         for name, scene in made.items():
@@ -143,8 +174,7 @@ def main(scenes, output, clusters, rays, cell, latency, casts, calibrate, hardwa
     first, most = next(iter(SHARES)), max(found)
     write_report(output, [
         "# What the parts of the path are worth", "",
-        f"{provenance('numpy')}; preset paper, a hemisphere of {rays[0]} x {rays[1]} rays for each cluster, "
-        f"{cell_text(cell)}, main memory {latency} cycles away, stores with what the frustum before has left.", "",
+        conditions, "",
         "Cycles over those of clusters that hold all patches, geometric means of the scenes:", "",
         *table(["clusters", "share", "sets", *(access.value for access in Access)], _summary(found)), "",
         f"Cycles of {most} clusters with dealt sets of {first}, and of a frustum with deferral patches from the store, "

@@ -213,9 +213,9 @@ class SharedScene:
             run_ahead=config.ctu.run_ahead, bus=bus_timing(config, latency=self._latency), memsys=config.memsys,
             kept=[patch for _, patch in kept], **stores)
 
-    def outcome(self, clusters: int, home: np.ndarray, access: Access) -> Outcome:
+    def outcome(self, clusters: int, home: np.ndarray, access: Access, *, frames: int | None = None) -> Outcome:
         """The means of such a cast."""
-        cast, config = self.cast(clusters, home, access), shared_config(clusters, self._rays)
+        cast, config = self.cast(clusters, home, access, frames=frames), shared_config(clusters, self._rays)
         timing, hops, owners = joint_timing(config), _topology(config).hops, np.concatenate(cast.owner)
         on_bus = np.count_nonzero(owners == NO_CLUSTER)
         # Each router on its way sends a packet, the last one to its node.

@@ -14,12 +14,12 @@ from statistics import median
 import click
 import numpy as np
 
-from benchmarks.casting import REPEATS, binding, rate
+from benchmarks.bare_embree import LANES, BareEmbree
+from benchmarks.casting import REPEATS, binding, rate, shortest
 from benchmarks.engine import SCENES, measure, prepare_cast
 from benchmarks.report import cell_text, output_option, provenance, table, write_report
 from golden.base.processors import processors
 from golden.base.spread import in_threads, spans
-from golden.cast.bare_embree import BareEmbree
 from golden.cast.rays import Rays
 from golden.engine.cast.shelling import Shelling
 from golden.engine.config import PRESETS
@@ -31,8 +31,8 @@ from radiosity.machines.engine.job_runs import PreparedJob, job_machine
 
 __all__ = ["EmbreeRates", "clock_text", "embree_rates", "rays_of", "recorded", "row_of"]
 
-# Packets of 16 rays of a thread at least.
-_PACKETS = 64
+# Rays of a thread at least.
+_LEAST = 1024
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +42,7 @@ class EmbreeRates:
     Parameters
     ----------
     one, all
-        By its own interface, 16 rays in a call: on one core, in processor time, and on all, in real time.
+        By its own interface: on one core, in processor time, and on all, in real time.
     binding
         By embreex on one core.
     same
@@ -103,11 +103,10 @@ def embree_rates(prepared: PreparedJob, patches: np.ndarray) -> EmbreeRates:
     rays, bare = rays_of(prepared), BareEmbree(prepared.scene)
     origin, direction = bare.prepared(rays)
     one, met = rate(lambda _: bare.cast(origin, direction, any_hit=False), rays)
-    spread, parts, best = in_threads(processors()), spans(len(origin), 16 * _PACKETS), np.inf
-    for _ in range(REPEATS):
-        begin = time.perf_counter()
-        list(spread(lambda first, end: bare.cast(origin[first:end], direction[first:end], any_hit=False), parts))
-        best = min(best, time.perf_counter() - begin)
+    spread, parts = in_threads(processors()), spans(len(origin), _LEAST)
+    best, _ = shortest(lambda: list(spread(
+        lambda first, end: bare.cast(origin[first:end], direction[first:end], any_hit=False), parts)),
+        time.perf_counter)
     return EmbreeRates(one=one * len(origin) / len(rays), all=len(origin) / best,
                        binding=rate(binding(prepared.scene), rays)[0], same=float(np.mean(met == patches[:len(met)])))
 
@@ -158,9 +157,9 @@ def main(scenes, output, cell, rays, latency, mhz, source, luts, preset, assignm
         "subshells. Hits and sums are golden's.", "",
         "Cycles: from the start to the last write to the ray memory, warm; tables are read before it, hits and sums "
         f"are written behind it, beside the next cast. Rays per second: {clock}. LUTs: {luts or 'not known'}. Embree: "
-        "the same rays in the same run, the first patch only; its own interface, 16 rays in a call, on one core in "
-        f"processor time and on all {processors()} in real time; the binding embreex on one core; best of {REPEATS} "
-        "runs. Same: of so many percent of the rays it has the same patch. Watts of neither are known.", "",
+        f"the same rays in the same run, the first patch only; its own interface, {LANES} rays in a call, on one core "
+        f"in processor time and on all {processors()} in real time; the binding embreex on one core; best of {REPEATS} "
+        "runs or more. Same: of so many percent of the rays it has the same patch. Watts of neither are known.", "",
         *table(["scene", "patches", "rays", "tests", "cycles", "tests per cycle", "rays per cycle",
                 "rays per cycle and 10^6 LUT", "M rays/s", "rays/s per LUT", "Embree M rays/s, one core", "all cores",
                 "binding", "same %"], rows)])

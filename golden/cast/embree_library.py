@@ -27,8 +27,6 @@ _FUNCTIONS = {
     "rtcOccluded1": (None, [_ADDRESS] * 3),
     "rtcPointQuery": (ctypes.c_bool, [_ADDRESS] * 5),
     "rtcIntersect8": (None, [_ADDRESS] * 4),
-    "rtcIntersect16": (None, [_ADDRESS] * 4),
-    "rtcOccluded16": (None, [_ADDRESS] * 4),
 }
 # Where tools that repair wheels put libraries, on Linux and Windows, and on macOS.
 _FOLDERS = ("../embreex.libs", ".dylibs")

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.istructure import outcomes_of, relative
+from benchmarks.istructure import outcomes_of, relative, sized_cycles
 from benchmarks.path_area import equal_area_table, path_area
 from benchmarks.report import tables_of
 from benchmarks.shared_hardware import recorded_rows, simulated_rows
@@ -75,6 +75,15 @@ def test_paper_has_memory_for_the_largest_scene_whose_copies_are_smaller_than_a_
                if row["all, in block RAMs"] < row["1/8 and network"]]
     assert smaller == [256 << step for step in range(len(smaller))]
     assert PRESETS["paper"].memsys.own_patches == smaller[-1]
+
+
+def test_sizes_are_those_of_resident_sets_and_stores(scene, outcomes, monkeypatch):
+    monkeypatch.setattr("benchmarks.istructure.SIZES", ((57, 32), (57, 2), (256, 32)))
+    stored, single, whole = sized_cycles(scene, CLUSTERS)
+    # A quarter of the scene, an eighth in the store.
+    assert stored == outcomes[Placement.DEALT, SHARE, Access.DEFERRAL].cycles
+    assert whole == outcomes[Placement.EVERYWHERE, "all", Access.DEFERRAL].cycles
+    assert single != stored
 
 
 def test_areas_are_those_of_the_parts_of_a_path():

@@ -30,7 +30,7 @@ def ctu_script(unit: TraversalUnit, config: Config) -> Script:
     """Tables and frustum, and when the settle map has been read the near cells; then all cells.
 
     The settle map is that of the frustum's hits from the beginning on. So which grid rays survive does not depend on
-    cycles, and the cells are golden's, stage by stage. Within a frustum they come in any order: rays are traversed
+    cycles, and the cells are golden's, stage by stage. Within a stage they come in any order: rays are traversed
     beside each other.
 
     Parameters
