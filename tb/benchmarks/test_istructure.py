@@ -6,13 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.istructure import outcomes_of, relative, sized_cycles
+from benchmarks.istructure import SIZES, outcomes_of, relative, sized_cycles
 from benchmarks.path_area import equal_area_table, path_area
 from benchmarks.report import tables_of
 from benchmarks.shared_hardware import recorded_rows, simulated_rows
 from benchmarks.shared_scene import Access, Placement, SharedScene, shared_config
 from golden.engine.config import PRESETS
-from radiosity.flow.synthesis.history import last_records, read_history
+from radiosity.flow.synthesis.history import ROOT, last_records, read_history
 from radiosity.machines.engine.job_latencies import joint_timing
 
 RAYS, CLUSTERS, SHARE = (16, 8), 2, "1/4"
@@ -84,6 +84,11 @@ def test_sizes_are_those_of_resident_sets_and_stores(scene, outcomes, monkeypatc
     assert stored == outcomes[Placement.DEALT, SHARE, Access.DEFERRAL].cycles
     assert whole == outcomes[Placement.EVERYWHERE, "all", Access.DEFERRAL].cycles
     assert single != stored
+
+
+def test_the_page_has_the_areas_of_two_sizes():
+    large, small = (path_area(own, frames=frames, access=Access.DEFERRAL, clusters=1)[1] for own, frames in SIZES[1:])
+    assert f"The former takes {large} block RAMs, the latter {small}." in (ROOT / "docs" / "istructure.md").read_text()
 
 
 def test_areas_are_those_of_the_parts_of_a_path():
