@@ -29,6 +29,7 @@ from radiosity.flow.simulator.simulation_config import simulation_config
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_cast import KEPT, NO_CLUSTER
 from radiosity.machines.engine.cluster_latencies import cluster_timing
+from radiosity.machines.engine.exploration_timing import exploration_timing
 from radiosity.machines.engine.job_latencies import bus_timing, joint_timing, store_timing
 from radiosity.machines.engine.joint_cast import JointCast, joint_cast
 from radiosity.machines.engine.store_path import store_after
@@ -138,15 +139,15 @@ class SharedScene:
         self._rays, self._latency, self._folder = rays, latency, folder
         self._store = cache(self._casts)
 
-    def _casts(self, pipelines):
+    def _casts(self, pipelines, timing):
         """Casts of clusters with so many traversal pipelines."""
         config = shared_config(1, self._rays).replace({"ctu.pipelines": pipelines})
-        return CastStore(self._shelling, config, cluster_timing(config), folder=self._folder)
+        return CastStore(self._shelling, config, timing, folder=self._folder)
 
-    def _trace(self, clusters, point):
+    def _trace(self, clusters, point, timing):
         """The cast of a frustum by one cluster that holds all patches."""
         record = self._records[point % _POINTS]
-        return self._store(shared_config(clusters, self._rays).ctu.traversal_pipelines(clusters)).cast(
+        return self._store(shared_config(clusters, self._rays).ctu.traversal_pipelines(clusters), timing).cast(
             record, Sector.whole(record)).trace
 
     def home(self, clusters: int, placement: Placement, share: float) -> np.ndarray:
@@ -193,24 +194,28 @@ class SharedScene:
             `Access.SINGLE`, the configuration's for others.
         """
         config, every = shared_config(clusters, self._rays), np.arange(clusters)
-        before, traces = ([self._trace(clusters, number + step) for number in every] for step in (0, 1))
         if access is Access.MEMORY:
             home = np.where(home == every[:, None], home, -1)
+        timing, joint, bus = cluster_timing(config), joint_timing(config), bus_timing(config, latency=self._latency)
+        store = None
+        if access.has_store:
+            store = store_timing(config)
+            store = replace(store, requests=requests or (1 if access is Access.SINGLE else store.requests))
+        explored = exploration_timing(timing, joint, bus, store) if (home != every[:, None]).any() else timing
+        before, traces = ([self._trace(clusters, number + step, explored) for number in every] for step in (0, 1))
         fetched = [trace.patch[home[number, trace.patch] != number] for number, trace in enumerate(before)]
         stores = {}
-        if access.has_store:
+        if store:
             made = [store_after(frames or self.frames, patches) for patches in fetched]
-            fetched, timing = [each for _, each in made], store_timing(config)
-            requests = requests or (1 if access is Access.SINGLE else timing.requests)
-            stores = {"stores": [store for store, _ in made], "in_order": access is Access.BLOCKING,
-                      "store": replace(timing, requests=requests)}
+            fetched = [each for _, each in made]
+            stores = {"stores": [kept for kept, _ in made], "in_order": access is Access.BLOCKING, "store": store}
         noc = config.noc
         kept = in_turn([each[home[number, each] < 0] for number, each in enumerate(fetched)])
         return joint_cast(
-            traces, home, cluster_timing(config), joint_timing(config),
+            traces, home, timing, joint,
             routing=route(_topology(config), noc.virtual_channels), buffer_flits=noc.buffer_flits,
             arbitration=noc.arbitration, router_cycles=noc.router_cycles, slots=config.icu.slots,
-            run_ahead=config.ctu.run_ahead, bus=bus_timing(config, latency=self._latency), memsys=config.memsys,
+            run_ahead=config.ctu.run_ahead, bus=bus, memsys=config.memsys,
             kept=[patch for _, patch in kept], **stores)
 
     def outcome(self, clusters: int, home: np.ndarray, access: Access, *, frames: int | None = None) -> Outcome:
