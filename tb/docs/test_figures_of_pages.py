@@ -3,6 +3,7 @@
 import re
 from itertools import pairwise
 
+from benchmarks.lanes import added_area
 from golden.engine.config import PRESETS
 from hw.board.frame import CHECK_BYTES, HEADER_BYTES
 from hw.board.program import Operation
@@ -94,6 +95,17 @@ def test_area_of_a_cluster():
     shares = [[int(share) for share in re.findall(r"(\d+) %", row)] for row in rows]
     assert shares == [[round(100 * count / device) for count, device in zip(row, DEVICE, strict=True)]
                       for row in expected]
+
+
+def test_a_ray_lane():
+    """The units that it repeats, at one commit; u and v are two of them."""
+    *units, (_, luts, _, multipliers, _, _) = added_area(2)
+    assert len({commit for *_, commit in units}) == 1
+    uv = sum(count for unit, count, *_ in units if unit.startswith("`Uv"))
+    page = " ".join((ROOT / "docs" / "area.md").read_text().split())
+    assert f"u and v [{uv:,} LUTs](#two-ray-lanes)" in page
+    assert f"The lane adds {luts:,} LUTs and {multipliers} DSP blocks" in page
+    assert f"without u and v {luts - uv:,} LUTs." in page
 
 
 def test_two_clusters_of_the_board():
