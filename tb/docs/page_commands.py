@@ -14,8 +14,10 @@ from pathlib import Path
 
 from tb.docs.language import ROOT
 
-__all__ = ["PROGRAMS", "Command", "commands_of", "files_of", "missing_rows", "pages", "tables_of"]
+__all__ = ["PROGRAMS", "TABLE", "Command", "commands_of", "files_of", "missing_rows", "pages", "tables_of"]
 
+# A table of a page with the command that prints its rows.
+TABLE = re.compile(r"<!-- table: (.*?) -->\n\n((?:\|.*\n)+)")
 PROGRAMS = ("radiosity", "make", "pytest", "python -m")
 
 _PART = re.compile(r"^ *```(?P<language>\w*)\n(?P<block>.*?)^ *```|(?<!`)`(?P<span>[^`]+)`(?!`)"
@@ -81,7 +83,7 @@ def _lines(block):
 def tables_of(text: str) -> dict[tuple[str, ...], list[list[str]]]:
     """The rows of the tables of a page that quote a command, by the command's words."""
     found = {}
-    for command, table in re.findall(r"<!-- table: (.*?) -->\n\n((?:\|.*\n)+)", text):
+    for command, table in TABLE.findall(text):
         found.setdefault(tuple(shlex.split(command)), []).extend(_rows(table.split("\n", 2)[2]))
     for path, command in files_of(text):
         _, *rows = csv.reader((ROOT / "docs" / path).read_text().splitlines())

@@ -28,7 +28,7 @@ from radiosity.flow.synthesis.flow import Bitstream, Clock
 from radiosity.flow.synthesis.history import Commit
 from radiosity.flow.synthesis.report import UNITS, Row
 from tb.docs.language import ROOT
-from tb.docs.page_commands import Command, commands_of, files_of, missing_rows, pages, tables_of
+from tb.docs.page_commands import TABLE, Command, commands_of, files_of, missing_rows, pages, tables_of
 
 PAGES = {page: commands_of(page) for page in pages()}
 COMMANDS = [command for commands in PAGES.values() for command in commands]
@@ -339,6 +339,13 @@ def test_tables_quote_commands_that_exist(page, words):
     assert words[:2] == ("radiosity", "bench")
     assert entry(words)
     assert any(shlex.join(one.words) == shlex.join(words) for one in PAGES[page])
+
+
+def test_every_comment_belongs_to_a_table():
+    """One that does not would leave its table uncompared."""
+    for page in PAGES:
+        text = page.read_text()
+        assert text.count("<!-- table: ") == len(files_of(text)) + len(TABLE.findall(text)), page
 
 
 def test_every_file_of_data_is_compared():
