@@ -65,7 +65,13 @@ class DescriptorCheck(wiring.Component):
         def misaligned(address, multiple):
             return (address[:multiple.bit_length() - 1] != 0) | address[width:].any()
 
+        def is_wrong_bundle(value):
+            wrong = (value > (Bundle.SHADOW if icu.shadow_bits else Bundle.SCREEN)) | (
+                has_rays & (value != Bundle.SHADOW))
+            return wrong | (has_results & (value == Bundle.SHADOW)) if icu.shadow_bits else wrong
+
         is_section, is_kind, has_rays = (Signal(name=name) for name in ("is_section", "is_kind", "has_rays"))
+        has_results = Signal()
         is_load = field("kind")[1] == Kind.LOAD
         first, end = ([Signal(16, name=f"{bound}_{axis}") for axis in ("column", "row")] for bound in ("first", "end"))
         # By field: its word, and whether it breaks its rule; only in descriptors of sections or in all.
@@ -84,8 +90,7 @@ class DescriptorCheck(wiring.Component):
                 ("last_shell", lambda value: (value == 0) | (value >> ctu.shell_bits != 0), False),
                 ("ray_count", lambda value: value > icu.listed_rays, True),
                 ("reserved", lambda value: value != 0, True),
-                ("bundle", lambda value: (value > (Bundle.SHADOW if icu.shadow_bits else Bundle.SCREEN))
-                 | (has_rays & (value != Bundle.SHADOW)), False),
+                ("bundle", is_wrong_bundle, False),
                 ("columns", lambda value: value > side, False), ("rows", lambda value: value > side, False)):
             word, value = field(name)
             rules[name] = word, is_wrong(value), everywhere
@@ -102,9 +107,11 @@ class DescriptorCheck(wiring.Component):
                 with m.Elif(index == 0):
                     m.d.sync += broken[name].eq(0)
             if icu.shadow_bits:
-                (count_word, count) = field("ray_count")
+                (count_word, count), (word, hit_format), (_, sums) = map(field, ("ray_count", "hit_format", "sums"))
                 with m.If(index == count_word):
                     m.d.sync += has_rays.eq(count != 0)
+                with m.If(index == word):
+                    m.d.sync += has_results.eq((hit_format != 0) | (sums != 0))
             with m.If(index == section_word):
                 for bound, signals in ("first", first), ("end", end):
                     m.d.sync += [signal.eq(field(f"{bound}_{axis}")[1])

@@ -9,7 +9,8 @@ from golden.engine.config import Config
 from golden.engine.frustum.ray_list import END_BIT, X_BIT, Y_BIT
 from hw.control.job_formats import NEAR_INDEX, Bundle, JobFormats, elements
 from hw.ctu.ctu_formats import CtuFormats
-from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_formats import LIST_WORD_BITS, IcuFormats
+from hw.memsys.results.result_formats import HitFormat
 
 __all__ = ["FrustumSlot"]
 
@@ -22,7 +23,8 @@ class FrustumSlot(wiring.Component):
 
     It requests a section when it is empty and the cluster is free for one: once for each section that is sent. A
     section whose last word is void leaves the slot empty, and the cluster has not been served. A cell with more bits
-    than those of the scene becomes the highest one: the scene has no such cell.
+    than those of the scene becomes the highest one: the scene has no such cell. The results of a shadow frustum are the
+    words of its list: hits of 8 bytes in a row.
 
     Parameters
     ----------
@@ -121,6 +123,13 @@ class FrustumSlot(wiring.Component):
             kind = word.data[bundle]
             m.d.sync += [held.numbers.is_screen.eq(kind != Bundle.HEMISPHERE),
                          held.numbers.is_shadow.eq(kind == Bundle.SHADOW)]
+            # The words before have the section and the number of rays.
+            with m.If(kind == Bundle.SHADOW):
+                words = (held.rays + LIST_WORD_BITS - 1) >> LIST_WORD_BITS.bit_length() - 1
+                section = held.results.section
+                m.d.sync += [held.results.hit_format.eq(HitFormat.COMPACT), section.first_column.eq(0),
+                             section.end_column.eq(Mux(held.rays == 0, 1, words)), section.first_row.eq(0),
+                             section.end_row.eq(1)]
         m.d.comb += [
             out.valid.eq(chosen[NEAR_INDEX] & (left == 0)), out.payload.address.eq(address),
             *(field.eq(word.data[first:first + len(field)]) for field, first in (

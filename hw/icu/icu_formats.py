@@ -8,10 +8,12 @@ from golden.engine.config import Config
 from hw.formats import Formats, shape
 from hw.icu.icu_tables import WEIGHT_BITS
 
-__all__ = ["PHASES", "WEIGHT_BITS", "IcuFormats", "TableKind"]
+__all__ = ["LIST_WORD_BITS", "PHASES", "WEIGHT_BITS", "IcuFormats", "TableKind"]
 
 # A patch has four vertices, and four edges: setup works on one of them per phase.
 PHASES = 4
+# Rays of a list whose bits are a word.
+LIST_WORD_BITS = 64
 
 
 class TableKind(enum.Enum, shape=2):
@@ -184,6 +186,12 @@ class IcuFormats(Formats):
     def listed_ray(self) -> StructLayout:
         """The same with its place in the ray memory; one that is not ``is_ray`` is none of the section's."""
         return StructLayout({"ray": self.ray, **dict(self.ray_entry.members), "is_ray": 1, "last": 1})
+
+    @property
+    def read_ray(self) -> StructLayout:
+        """A ray of a section that is read out, and its hit; or of a list a ``word`` of bits, in place of a hit."""
+        words = {"is_word": 1, "word": LIST_WORD_BITS} if self.config.icu.shadow_bits else {}
+        return StructLayout({"column": self.index, "row": self.index, "hit": self.hit, "last": 1, **words})
 
     @property
     def hit(self) -> StructLayout:

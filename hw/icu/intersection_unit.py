@@ -15,6 +15,7 @@ from hw.icu.patch_setup import PatchSetup
 from hw.icu.patch_sums import PatchSums
 from hw.icu.ray_memory import RayMemory
 from hw.icu.read_out import ReadOut
+from hw.icu.section_read_out import SectionReadOut
 from hw.icu.settle_map import SettleMap
 from hw.icu.vertex_gate import VertexGate
 from hw.lib.checks import claim, claim_steps, count_entries
@@ -76,8 +77,9 @@ class IntersectionUnit(wiring.Component):
     i_read_out : In, stream without payload
         Reads out the present frustum when no patch is in flight. The next frustum is offered after it has been
         accepted.
-    o_hit : Out, stream of ``column``, ``row``, ``hit``, ``last``
-        The rays of the section, row by row, with their `IcuFormats.hit`. They also go to the sums.
+    o_hit : Out, stream of `IcuFormats.read_ray`
+        The rays of the section, row by row. They also go to the sums. Of a shadow frustum words of its list's rays, in
+        their order.
     o_sum : Out, stream of `IcuFormats.section_sum`
         Those of each section that is read out, after its hits; see `PatchSums`.
     i_settle : In, stream of `Formats.tile`
@@ -115,8 +117,7 @@ class IntersectionUnit(wiring.Component):
             "i_vertex": In(stream.Signature(formats.patch_vertex)),
             "o_done": Out(stream.Signature(formats.patch)),
             "i_read_out": In(stream.Signature(0)),
-            "o_hit": Out(stream.Signature(StructLayout({"column": formats.index, "row": formats.index,
-                                                        "hit": formats.hit, "last": 1}))),
+            "o_hit": Out(stream.Signature(formats.read_ray)),
             "o_sum": self._sums.signature.members["o"],
             "patches": In(self._sums.patches.shape(), init=1 << config.icu.patch_bits),
             "i_settle": In(stream.Signature(formats.tile)), "o_settle": Out(stream.Signature(formats.settle_word)),
@@ -129,7 +130,7 @@ class IntersectionUnit(wiring.Component):
         m.submodules.memory = memory = self._memory
         m.submodules.generator = generator = IcRayGenerator(config=self._config)
         m.submodules.settle = settle = SettleMap(config=self._config, tag=formats.tile_step)
-        m.submodules.read_out = read_out = ReadOut(config=self._config)
+        m.submodules.read_out = read_out = (SectionReadOut if self._shadow else ReadOut)(config=self._config)
         m.submodules.sums = sums = self._sums
         m.submodules.tokens = tokens = Queue(formats.patch, depth=TOKENS)
         m.submodules.gate = gate = VertexGate(config=self._config)
@@ -194,7 +195,7 @@ class IntersectionUnit(wiring.Component):
         m.d.comb += gate.is_open.eq(has_frustum & ~self.i_frustum.valid & ~read_now)
         if self._shadow:
             is_shadow = Signal()
-            m.d.comb += pipeline.is_shadow.eq(is_shadow)
+            m.d.comb += [pipeline.is_shadow.eq(is_shadow), read_out.i.payload.is_list.eq(frustum.is_shadow)]
             m.d.sync += is_shadow.eq(frustum.is_shadow)
         m.d.comb += [setup.frustum.eq(frustum), setup.free.eq(pipeline.free), pipeline.is_screen.eq(is_screen)]
         m.d.sync += is_screen.eq(frustum.is_screen)
@@ -279,6 +280,7 @@ class IntersectionUnit(wiring.Component):
         without ready, whether it ``lists`` rays, and whether it ``begins`` the frustum, of whatever kind.
         """
         memory, settle, pipeline = m.submodules.memory, m.submodules.settle, m.submodules.pipeline
+        place = m.submodules.read_out.i_ray
         given, is_shadow, is_last = self.i_ray, self.i_frustum.payload.is_shadow, Signal()
         listed = Signal(StructLayout({"valid": 1, "payload": given.payload.shape()}))
         waits, lists, begins = Signal(range(LISTED + 1)), Signal(), Signal()
@@ -287,7 +289,9 @@ class IntersectionUnit(wiring.Component):
             memory.is_shadow.eq(is_shadow), given.ready.eq(lists & ~is_last),
             begins.eq((begun & ~is_shadow) | (lists & (waits == LISTED) & ~accepts)),
             pipeline.i_ray.valid.eq(listed.valid),
-            *(pipeline.i_ray.payload[name].eq(listed.payload[name]) for name in ("ray", "x", "y"))]
+            *(pipeline.i_ray.payload[name].eq(listed.payload[name]) for name in ("ray", "x", "y")),
+            place.valid.eq(comes), place.payload.bank.eq(memory.active),
+            *(place.payload[name].eq(given.payload[name]) for name in ("ray", "is_ray", "last"))]
         m.d.sync += [listed.valid.eq(comes & given.payload.is_ray), listed.payload.eq(given.payload),
                      waits.eq(waits + (is_last & (waits != LISTED)))]
         with m.If(begun):

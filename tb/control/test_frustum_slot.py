@@ -1,6 +1,7 @@
 from amaranth.hdl import Shape
 
 from golden.engine.frustum.ray_list import END_BIT, X_BIT, Y_BIT
+from golden.engine.jobs.result_formats import HitFormat, bit_words
 from hw.control.frustum_slot import CELL_BITS, FrustumSlot
 from hw.control.job_formats import NEAR_INDEX, Bundle, JobFormats
 from hw.ctu.ctu_formats import CtuFormats
@@ -12,7 +13,7 @@ from tb.lib.bench import Bench
 
 class TestFrustumSlot(Bench):
     component, span = FrustumSlot, 300
-    changes, variants = {"icu.shadow_bits": 4}, ({}, {"icu.shadow_bits": 0})
+    changes, variants = {"icu.shadow_bits": 7}, ({}, {"icu.shadow_bits": 0})
 
     def model(self, config):
         """A section is there two cycles after its last word, near cells and a ray are one cycle after theirs."""
@@ -47,9 +48,10 @@ class TestFrustumSlot(Bench):
         while True:
             while not self.is_requested:
                 yield None
-            rays = random.randrange(self.present.icu.listed_rays + 1)
-            self.one = descriptor(self.present, random, **(
-                {"bundle": Bundle.SHADOW.value, "ray_count": rays} if rays else {}))
+            is_shadow = self.present.icu.shadow_bits and random.random() < 0.7
+            rays = random.choice((0, 1, 9, 64, 65)) if is_shadow else 0
+            self.one = descriptor(self.present, random, ray_count=rays, **(
+                {"bundle": Bundle.SHADOW.value, "hit_format": 0, "sums": 0} if is_shadow else {}))
             pairs = [random.choices((random.randrange(scene), scene - 1, scene, (1 << CELL_BITS) - 1), k=2)
                      for _ in range(-(-int(self.one["near_count"]) // 2))]
             words = [*words_of(self.one), *(low | high << CELL_BITS for low, high in pairs),
@@ -84,12 +86,17 @@ def section_of(one, bank, config):
     """What the units get of a descriptor."""
     numbers = JobFormats(config).slot["numbers"].shape
     kinds = {"is_screen": int(one["bundle"] != Bundle.HEMISPHERE), "is_shadow": int(one["bundle"] == Bundle.SHADOW)}
+    rays = int(one["ray_count"])
     section = {name: int(one[name]) for name in ("first_column", "end_column", "first_row", "end_row")}
     # Of the descriptor's bits those that the machine's numbers have.
     given = unpack(numbers, pack(numbers, {name: kinds[name] if name in kinds else one[name].reshape(
         (3, 3) if name in ("matrix", "to_global") else one[name].shape).tolist() for name, _ in numbers}))
+    results = {"section": section, "columns": int(one["columns"]), **{
+        name: int(one[name]) for name in ("hit_format", "sums", "hits", "sums_address")}}
+    if kinds["is_shadow"]:
+        # The words of its list.
+        results |= {"hit_format": HitFormat.COMPACT, "section": {
+            "first_column": 0, "end_column": bit_words(rays), "first_row": 0, "end_row": 1}}
     return {"numbers": given, "section": section, "last_shell": int(one["last_shell"]),
-            "near_cells": int(one["near_count"]), "bank": bank,
-            "results": {"section": section, "columns": int(one["columns"]), **{
-                name: int(one[name]) for name in ("hit_format", "sums", "hits", "sums_address")}},
-            **({"rays": int(one["ray_count"])} if config.icu.shadow_bits else {})}
+            "near_cells": int(one["near_count"]), "bank": bank, "results": results,
+            **({"rays": rays} if config.icu.shadow_bits else {})}

@@ -21,7 +21,7 @@ SIDE = 1 << CONFIG.icu.side_bits
 # Numbers that do not fit all formats of results.
 WIDE = CONFIG.replace({"icu.uv_bits": 9, "icu.patch_bits": 23})
 # With shadow frusta.
-SHADOW = CONFIG.replace({"icu.shadow_bits": 4})
+SHADOW, BITS = CONFIG.replace({"icu.shadow_bits": 4}), {"bundle": 2, "hit_format": 0, "sums": 0}
 
 
 class Dispatch:
@@ -225,9 +225,10 @@ def test_every_rule_at_its_limit(dispatch):
 def lists(draw):
     """A descriptor at each limit of lists of rays."""
     return [changed(descriptor(SHADOW, draw), **change) for change in (
-        *({"bundle": value} for value in (1, 2, 3)),
-        *({"bundle": 2, "ray_count": value} for value in (1, 16, 17, 1 << 31)),
-        {"bundle": 0, "ray_count": 1}, {"bundle": 1, "ray_count": 16}, {"bundle": 2, "near_count": 0, "ray_count": 3})]
+        *({**BITS, "bundle": value} for value in (1, 2, 3)),
+        *({**BITS, "hit_format": hits, "sums": sums} for hits in range(4) for sums in range(2)),
+        *({**BITS, "ray_count": value} for value in (1, 16, 17, 1 << 31)),
+        {"bundle": 0, "ray_count": 1}, {"bundle": 1, "ray_count": 16}, {**BITS, "near_count": 0, "ray_count": 3})]
 
 
 def test_lists_of_rays_at_their_limits():

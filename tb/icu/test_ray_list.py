@@ -38,7 +38,7 @@ def expected(record, section, config):
 def test_rays_of_a_section_have_their_places(changes, section):
     config, random = config_of({**changes, "icu.product_registers": 3}), np.random.default_rng(4)
     record = random_shadow(random, config, bits=4)
-    section, words = section or Sector.whole(record), pack_rays(record)
+    section, words = section or Sector.whole(record), pack_rays(record, record.listed)
     bench = ScheduleBench(RayList(config=config), idle_limit=40)
     load = [{"address": k, "entry": entry} for k, entry in enumerate(entries(words, config))]
     random.shuffle(load)

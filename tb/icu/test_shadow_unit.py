@@ -1,14 +1,14 @@
-"""A whole intersection unit casts a section of a shadow frustum, then a screen: hits are golden's, field by field."""
+"""A whole intersection unit casts a section of a shadow frustum, then a screen: bits and hits are golden's."""
 
 from dataclasses import fields
 
 import numpy as np
 import pytest
 
-from golden.engine.cast.fixed_hits import blocked_hits
 from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.ctu.sector import Sector
 from golden.engine.frustum.record import FrustumRecord
+from golden.engine.jobs.result_formats import pack_bits
 from hw.icu.intersection_unit import IntersectionUnit
 from radiosity.flow.package.example.frustum_load import frustum_payload, table_writes
 from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
@@ -55,12 +55,15 @@ def test_a_shadow_frustum_and_a_screen_in_the_other_bank():
         "i_ray": offered(begins[:1], [rays]),
         "i_vertex": offered([time + PATCHES for time in begins], [vertices(geometry, np.arange(len(geometry)))] * 2),
         "i_read_out": offered([time + READ_OUT for time in begins], [[0]] * 2)}))["o_hit"]
-    hits = blocked_hits(naive.blocked(record), CONFIG), naive.cast(screen)
-    for (frustum, section), golden in zip(frusta, hits, strict=True):
-        own, found = found[:section.rays], found[section.rays:]
-        golden = section_hits(golden, frustum, section)
-        assert 0.2 < (golden.patch >= 0).mean() < 0.8
-        assert [tuple(ray["hit"].values()) for ray in own] == list(zip(
-            golden.inverse.tolist(), np.maximum(golden.patch, 0).tolist(), golden.u.tolist(), golden.v.tolist(),
-            strict=True))
-    assert not found
+    blocked = naive.blocked(record)[record.listed] & np.array([ray is not None for ray in listed])
+    assert 0.2 < blocked.mean() < 0.8
+    words = np.frombuffer(pack_bits(blocked), "<u8").tolist()
+    assert len(words) > 1
+    assert [(one["is_word"], one["word"], one["column"], one["last"]) for one in found[:len(words)]] == [
+        (1, word, k, int(k == len(words) - 1)) for k, word in enumerate(words)]
+    golden, own = section_hits(naive.cast(screen), *frusta[1]), found[len(words):]
+    assert 0.2 < (golden.patch >= 0).mean() < 0.8
+    assert not any(ray["is_word"] for ray in own)
+    assert [tuple(ray["hit"].values()) for ray in own] == list(zip(
+        golden.inverse.tolist(), np.maximum(golden.patch, 0).tolist(), golden.u.tolist(), golden.v.tolist(),
+        strict=True))

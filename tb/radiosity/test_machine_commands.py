@@ -324,7 +324,7 @@ def golden_machine(config):
         tested = np.zeros(1, COMPLETION.dtype)
         tested["tested"] = 1001
         return SimpleNamespace(cycles=SimpleNamespace(total=len(job.descriptors)), frusta=(tuple(FrustumResult(
-            hits=job.hits(0, number, lambda address, size: bytes(memory[address:address + size])), sums=None,
+            hits=job.blocked(0, number, lambda address, size: bytes(memory[address:address + size])), sums=None,
             records=tested) for number in range(len(requests[0].records))),))
     return SimpleNamespace(config=config, run=run)
 

@@ -5,12 +5,12 @@ from collections import defaultdict
 import numpy as np
 import pytest
 
+from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.cast.shadow_frusta import shadow_frusta
 from golden.engine.frustum.bundle import Bundle
-from golden.engine.frustum.ray_list import pack_rays
 from golden.engine.jobs.descriptor import list_words, near_bytes
 from golden.engine.jobs.job import PhaseRequest, plan_job
-from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.jobs.result_formats import unpack_bits
 from golden.engine.jobs.run_job import run_job
 from golden.scene.open import open_scene
 from tb.golden.engine.cast.test_shadow_frusta import drawn_rays
@@ -21,14 +21,14 @@ CONFIG = CONFIGS[2].replace(SHADOWS)
 CELL = 0.25
 
 
-def shadows(*, count, seed, **given):
+def shadows(*, count, seed):
     """Phases of shadow frusta from points of the scene's light, one for each size of their grids."""
     patches, table = geometry("cornell", CONFIG, CELL)
     rays, _ = drawn_rays(open_scene("cornell"), count, seed, lights=2)
     by_size = defaultdict(list)
     for _, record, _ in shadow_frusta(rays, patches.coordinates):
         by_size[record.columns].append(record)
-    return [PhaseRequest(geometry=patches, table=table, records=records, **given) for records in by_size.values()]
+    return [PhaseRequest(geometry=patches, table=table, records=records) for records in by_size.values()]
 
 
 @pytest.fixture(scope="module")
@@ -36,31 +36,48 @@ def job():
     """In grids of one section and of several, behind and before frusta that use all rays."""
     common = {"cell": CELL, "rays": (32, 16)}
     return plan_job([
-        phase("cornell", CONFIG, **common), *shadows(count=80, seed=1, hit_format=HitFormat.FULL),
-        phase("cornell", CONFIG, pixels=(30, 19), **common), *shadows(count=300, seed=2, hit_format=HitFormat.IDS),
+        phase("cornell", CONFIG, **common), *shadows(count=80, seed=1),
+        phase("cornell", CONFIG, pixels=(30, 19), **common), *shadows(count=300, seed=2),
         phase("cornell", CONFIG, points=(1,), **common)], CONFIG, base=BASE)
 
 
 def test_brute_force_leaves_the_same_bytes(job):
-    """Some rays are blocked and some are not; larger grids take several sections that share a list."""
-    memory, listed, blocked = run_job(job).memory, 0, 0
+    """Some rays are blocked and some are not; larger grids take several sections, each with its own list."""
+    memory, listed, found = run_job(job).memory, 0, 0
     assert run_job(job, brute_force=True).memory == memory
     for number, one in enumerate(job.phases):
         for frustum, record in enumerate(one.request.records):
             if record.bundle == Bundle.SHADOW:
-                assert (len(job.numbers(number, frustum)) > 1) == (len(record) > CONFIG.icu.rays)
-                listed += len(pack_rays(record))
-                size = one.request.hit_format.bytes
-                first, end = one.hits[frustum], one.hits[frustum] + size * len(record)
-                blocked += sum(np.count_nonzero(np.frombuffer(data, "<i4")[size // 16::size // 4] == 0)
-                               for address, data in memory.items() if first <= address < end)
-    assert 0 < blocked < listed
+                numbers = job.numbers(number, frustum)
+                assert (len(numbers) > 1) == (len(record) > CONFIG.icu.rays)
+                assert job.descriptors["ray_count"][numbers].sum() == len(record.listed)
+                blocked = job.blocked(number, frustum, lambda address, size: memory[address][:size])
+                assert np.array_equal(blocked, NaiveFixed(one.request.geometry, CONFIG.for_rays(len(record))).blocked(
+                    record))
+                listed, found = listed + len(record.listed), found + blocked.sum()
+    assert 0 < found < listed
 
 
 def test_words_that_follow_a_descriptor_hold_its_cells_of_shell_1_and_its_rays(job):
     for words, one in zip(list_words(job.descriptors), job.sections, strict=True):
         request = job.phases[one.phase].request if one else None
-        assert words == (-(-len(near_bytes(request.records[one.frustum], request.table)) // 8) if one else 0)
+        assert words == (-(-len(near_bytes(request.records[one.frustum], request.table, one.section)) // 8)
+                         if one else 0)
+
+
+def test_rays_beside_the_section_of_a_descriptor_are_not_blocked(job):
+    """A list may have more rays than those of the section: their bits are 0."""
+    number = max((number for number, one in enumerate(job.sections) if one),
+                 key=lambda number: job.descriptors["ray_count"][number])
+    one, changed = job.sections[number], job.descriptors.copy()
+    half = (one.section.first_column + one.section.end_column) // 2
+    changed["end_column"][number] = half
+    record = job.phases[one.phase].request.records[one.frustum]
+    rays = one.section.among(record.listed, record)
+    whole, part = (unpack_bits(run_job(job, descriptors).memory[int(changed["hits"][number])], len(rays))
+                   for descriptors in (job.descriptors, changed))
+    assert np.array_equal(part, whole & (rays % record.columns < half))
+    assert 0 < part.sum() < whole.sum()
 
 
 @pytest.mark.sim

@@ -10,7 +10,7 @@ from golden.engine.icu.intersection import hit_uv
 from golden.engine.icu.patch_setup import Patches
 from golden.engine.icu.ray_memory import RayMemory
 
-__all__ = ["FixedHits", "blocked_hits", "read_out"]
+__all__ = ["FixedHits", "read_out"]
 
 # Hits per block, such that the arrays of the subdivision stay in a second-level cache.
 BLOCK = 1 << 12
@@ -61,13 +61,3 @@ def read_out(memory: RayMemory, record: FrustumRecord, patches: Patches, config:
         directions = record.directions(hit % record.columns, hit // record.columns)
         u[hit], v[hit] = hit_uv(patches, patch[hit], directions, config)
     return FixedHits(inverse=memory.inverse, patch=patch, u=u, v=v)
-
-
-def blocked_hits(blocked: np.ndarray, config: Config) -> FixedHits:
-    """What the machine reads out of a shadow frustum: of a blocked ray patch 0 at the largest inverse distance.
-
-    Which patch blocked it depends on the order of the tests.
-    """
-    none = np.zeros(len(blocked), dtype=np.int64)
-    return FixedHits(inverse=np.where(blocked, config.numbers.inverse.high, 0), patch=np.where(blocked, 0, -1), u=none,
-                     v=none)

@@ -44,8 +44,8 @@ class Icu:
     uv_guard
         Guard bits of the subdivision, beside the 2 x ``uv_bits`` that its halvings consume; 0 to 12.
     shadow_bits
-        A shadow frustum has a list of at most 2^b rays; 0 to 14. With 0 the machine casts none, and has nothing for
-        them.
+        A shadow frustum has a list of at most 2^b rays; 0 to 14, at most ``side_bits`` + 6. With 0 the machine casts
+        none, and has nothing for them.
     settle_bits, settle_fraction
         Bits of a settle code, 4 to 12, and fraction bits among them, 1 to ``settle_bits`` - 2.
     """
@@ -75,7 +75,8 @@ class Icu:
                                 ("generation_bits", 1, 16), ("product_registers", 1, 3),
                                 ("angle_bits", 18, 24), ("cordic_stages", 8, 20), ("cordic_guard", 0, 8),
                                 ("sagitta_polar_bits", 3, 8), ("sagitta_span_bits", 3, 8), ("uv_bits", 0, 12),
-                                ("uv_guard", 0, 12), ("shadow_bits", 0, 14), ("settle_bits", 4, 12),
+                                ("uv_guard", 0, 12), ("settle_bits", 4, 12),
+                                ("shadow_bits", 0, min(14, self.side_bits + 6)),
                                 ("settle_fraction", 1, self.settle_bits - 2)):
             check_range("icu", name, getattr(self, name), low, high)
 

@@ -35,6 +35,10 @@ class Sector:
         mask[self.first_row:self.end_row, self.first_column:self.end_column] = True
         return mask
 
+    def among(self, rays: np.ndarray, record: FrustumRecord) -> np.ndarray:
+        """Those of some rays of a frustum, by their numbers, that are in the sector; in their order."""
+        return rays[self.mask(record).ravel()[rays]]
+
 
 def sector_rays(rays: GridRays, sector: Sector, record: FrustumRecord) -> np.ndarray:
     """Which grid rays can open a cell that holds a hit of the sector's intersection rays: rows x columns bool.

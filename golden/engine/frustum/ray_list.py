@@ -11,12 +11,11 @@ RAY_WORD = np.dtype("<u8")
 X_BIT, Y_BIT, END_BIT = 0, 20, 40
 
 
-def pack_rays(record: ShadowRecord) -> np.ndarray:
-    """The words of the `ShadowRecord.listed` rays, in their order: K uint64, little-endian.
+def pack_rays(record: ShadowRecord, number: np.ndarray) -> np.ndarray:
+    """The words of K rays by their numbers, in this order: K uint64, little-endian.
 
     The upper bits of x and of y are the ray's column and row, the others its offset.
     """
-    number = record.listed
     row, column = np.divmod(number, record.columns)
     x, y = (record.directions(column, row)[:, :2] + (1 << record.numbers.direction_fraction)).T.astype(np.uint64)
     end = record.end[number].astype(np.uint64)

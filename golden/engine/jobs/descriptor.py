@@ -49,8 +49,8 @@ DESCRIPTOR = Region("descriptor", "job", "entry of the ring", "A section of a fr
           "each cluster gets its own tables, 0: all clusters get those of cluster 0, which are read once"),
     Field("tag", "u4", "the host's; the completion record returns it"),
     Field("regions", "u4", "load: the regions of the image to read, bit k is region k; section: 0"),
-    Field("hits", "u8", f"section: address of the hit of ray (0, 0) of the frustum; load: of the image; a multiple of "
-          f"{ALIGNMENT}"),
+    Field("hits", "u8", "section: address of the hit of ray (0, 0) of the frustum, or of the bits of its list; load: "
+          f"of the image; a multiple of {ALIGNMENT}"),
     Field("sums_address", "u8", f"address of the sums, a multiple of {ALIGNMENT}"),
     Field("first_column", "u2", "section"),
     Field("end_column", "u2", "section"),
@@ -80,7 +80,7 @@ def frustum_descriptor(record: FrustumRecord, table: CellTable, *, section: Sect
     tag, hit_format, sums, cluster, hits, sums_address
         As the fields.
     near_cells_address
-        Where the cells of shell 1 are (`near_bytes`).
+        Where the `near_bytes` are.
 
     Raises
     ------
@@ -92,16 +92,17 @@ def frustum_descriptor(record: FrustumRecord, table: CellTable, *, section: Sect
         "version": VERSION, "kind": Kind.FRUSTUM, "hit_format": hit_format, "sums": int(sums), "cluster": cluster,
         "tag": tag, "hits": hits, "sums_address": sums_address, **vars(section), "near_cells": near_cells_address,
         "near_count": len(near_cells(record, table, record.slopes)),
-        "ray_count": len(pack_rays(record)) if record.bundle == Bundle.SHADOW else 0,
+        "ray_count": len(section.among(record.listed, record)) if record.bundle == Bundle.SHADOW else 0,
         "last_shell": CellTraversalUnit(record, table).last_shell, **frustum_fields(record, table)})[0]
 
 
-def near_bytes(record: FrustumRecord, table: CellTable) -> bytes:
-    """What a descriptor's ``near_cells`` points to: the cells of shell 1, and behind them a shadow frustum's rays."""
+def near_bytes(record: FrustumRecord, table: CellTable, section: Sector) -> bytes:
+    """What a descriptor's ``near_cells`` points to: the cells of shell 1; behind them a shadow frustum's rays."""
     cells = near_cells(record, table, record.slopes).astype("<u4").tobytes()
     if record.bundle != Bundle.SHADOW:
         return cells
-    return cells + bytes(-len(cells) % RAY_WORD.itemsize) + pack_rays(record).tobytes()
+    return cells + bytes(-len(cells) % RAY_WORD.itemsize) + pack_rays(
+        record, section.among(record.listed, record)).tobytes()
 
 
 def list_words(descriptors: np.ndarray) -> np.ndarray:
@@ -258,6 +259,8 @@ RULES = (
          lambda one, config: one["bundle"] <= (Bundle.SHADOW if config.icu.shadow_bits else Bundle.SCREEN), _FRUSTUM),
     Rule("bundle", "bundle must be 2 where there is a list of rays",
          lambda one, config: one["bundle"] == Bundle.SHADOW or not one["ray_count"], _FRUSTUM),
+    Rule("bundle", "bundle must be 0 or 1 where hit_format or sums is not 0",
+         lambda one, config: one["bundle"] != Bundle.SHADOW or not (one["hit_format"] or one["sums"]), _FRUSTUM),
     Rule("columns", "columns must be at most 2^icu.side_bits", _small("columns"), _FRUSTUM),
     Rule("rows", "rows must be at most 2^icu.side_bits", _small("rows"), _FRUSTUM),
 )

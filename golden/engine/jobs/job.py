@@ -10,6 +10,7 @@ from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.config import Config
 from golden.engine.ctu.sector import Sector
 from golden.engine.frustum import FrustumRecord
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.capacities import check_capacities
 from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.descriptor import (
@@ -22,7 +23,15 @@ from golden.engine.jobs.descriptor import (
 )
 from golden.engine.jobs.load_regions import region_bits
 from golden.engine.jobs.order import long_and_short, longest_first_at_the_end, proximity_order
-from golden.engine.jobs.result_formats import HitFormat, check_config, scatter_sums, unpack_hits, unpack_ids
+from golden.engine.jobs.result_formats import (
+    HitFormat,
+    bit_words,
+    check_config,
+    scatter_sums,
+    unpack_bits,
+    unpack_hits,
+    unpack_ids,
+)
 from golden.engine.jobs.tile_sections import halves, tile_sections
 from golden.engine.memory_map import MemoryImage, phase_image
 from golden.engine.memory_map.image_layout import aligned
@@ -55,11 +64,11 @@ class PhaseRequest:
     geometry, table
         Patches and cells of the scene.
     records
-        The frusta, all of the same rays.
+        The frusta, all of the same kind and rays.
     weights
         ``rows`` int64, weight of one ray of each row; 0 by default.
     hit_format, sums
-        The results.
+        The results; of shadow frusta a bit for each listed ray is written in place of them.
     clusters
         Clusters for each frustum, a power of two: 1 for the shortest job, more for the shortest frustum.
     cycles
@@ -94,7 +103,8 @@ class JobPhase:
     image, address
         The image of the phase, and its first byte.
     hits, near_cells
-        Of each frustum: addresses of its hits (0 without hits) and of its `near_bytes`.
+        Of each frustum: addresses of its hits (0 without hits) and of its `near_bytes`. None of shadow frusta: each
+        section has its own.
     """
 
     request: PhaseRequest
@@ -190,9 +200,13 @@ class Job:
         written = {}
         for phase in self.phases:
             written[phase.address] = phase.image.to_bytes()
-            table = phase.request.table
-            for record, address in zip(phase.request.records, phase.near_cells, strict=True):
-                written[address] = near_bytes(record, table)
+        # Sections of a frustum have the same address, except in shadow frusta; so may what has no bytes.
+        near = {(one.phase, one.frustum, address): one.section for one, address in zip(
+            self.sections, self.descriptors["near_cells"].tolist(), strict=True) if one is not None}
+        for (phase, frustum, address), section in near.items():
+            request = self.phases[phase].request
+            if data := near_bytes(request.records[frustum], request.table, section):
+                written[address] = data
         return written
 
     def numbers(self, phase: int, frustum: int) -> list[int]:
@@ -213,6 +227,21 @@ class Job:
         given = self.phases[phase].request
         data = read(self.phases[phase].hits[frustum], len(given.records[frustum]) * given.hit_format.bytes)
         return unpack_ids(data) if given.hit_format == HitFormat.IDS else unpack_hits(data, given.hit_format)
+
+    def blocked(self, phase: int, frustum: int, read: Read, *, numbers: Sequence[int] | None = None) -> np.ndarray:
+        """Whether each ray of a shadow frustum is blocked, by main memory, when all its sections are complete: R bool.
+
+        Parameters
+        ----------
+        phase, frustum, read, numbers
+            As of `sums`.
+        """
+        record = self.phases[phase].request.records[frustum]
+        blocked = np.zeros(len(record), dtype=bool)
+        for number in self.numbers(phase, frustum) if numbers is None else numbers:
+            rays, address = self.sections[number].section.among(record.listed, record), self.descriptors["hits"][number]
+            blocked[rays] = unpack_bits(read(int(address), 8 * bit_words(len(rays))), len(rays))
+        return blocked
 
     def sums(self, phase: int, frustum: int, read: Read, words: Mapping[int, int], *,
              numbers: Sequence[int] | None = None) -> np.ndarray:
@@ -245,7 +274,7 @@ def plan_job(requests: Sequence[PhaseRequest], config: Config, *, ring_bits: int
     longest sections are first (`longest_first_at_the_end`). Where every cluster holds all patches and cycles are
     predicted, `long_and_short` sections alternate instead, and the last one for each cluster is cut in two, unless its
     patches take a third of its cycles or more: clusters end closer together, and the results of the last sections need
-    half the cycles.
+    half the cycles. Sections of a shadow frustum that have none of its rays are left out.
 
     Parameters
     ----------
@@ -318,11 +347,22 @@ def _phase(request, config, memory):
     table = request.table
     image = phase_image(request.records, request.geometry, table, config, weights=request.weights, plan=request.plan)
     check_capacities(image, config)
-    size = request.hit_format.bytes
+    size, records = request.hit_format.bytes, () if _is_shadow(request) else request.records
+    whole = Sector.whole(request.records[0])
     return JobPhase(
         request=request, image=image, address=memory.take(image.size),
-        near_cells=tuple(memory.take(len(near_bytes(record, table))) for record in request.records),
-        hits=tuple(memory.take(size * len(record)) if size else 0 for record in request.records))
+        near_cells=tuple(memory.take(len(near_bytes(record, table, whole))) for record in records),
+        hits=tuple(memory.take(size * len(record)) if size else 0 for record in records))
+
+
+def _is_shadow(request):
+    return request.records[0].bundle == Bundle.SHADOW
+
+
+def _listed(request, frustum, section):
+    """How many rays of a shadow frustum are in the list of a section."""
+    record = request.records[frustum]
+    return len(section.among(record.listed, record))
 
 
 def _loaded(held, image):
@@ -369,7 +409,8 @@ def _sections(phase, number, config):
     listed = [JobSection(phase=number, frustum=int(frustum), section=section, cycles=float(cycles[frustum] * part),
                          cluster=cluster if pinned else ANY_CLUSTER)
               for frustum in proximity_order(np.array([record.origin for record in request.records]))
-              for cluster, (section, part) in enumerate(zip(cut, share, strict=True))]
+              for cluster, (section, part) in enumerate(zip(cut, share, strict=True))
+              if not _is_shadow(request) or _listed(request, frustum, section)]
     predicted = np.array([one.cycles for one in listed])
     if request.cycles is None or pinned or not phase.image.has_copies:
         return [listed[one] for one in longest_first_at_the_end(predicted, clusters=config.noc.clusters)]
@@ -390,9 +431,13 @@ def _halves(one, config):
 def _descriptor(one, phase, memory, *, tag):
     request = phase.request
     record, section = request.records[one.frustum], one.section
+    if _is_shadow(request):
+        near = memory.take(len(near_bytes(record, request.table, section)))
+        hits = memory.take(8 * bit_words(_listed(request, one.frustum, section)))
+    else:
+        near, hits = phase.near_cells[one.frustum], phase.hits[one.frustum]
     # A patch has a word only if a ray hits it.
     sums_address = memory.take(8 * min(section.rays, len(request.geometry))) if request.sums else 0
     return frustum_descriptor(
         record, request.table, section=section, tag=tag, hit_format=request.hit_format, sums=request.sums,
-        cluster=one.cluster, hits=phase.hits[one.frustum], sums_address=sums_address,
-        near_cells_address=phase.near_cells[one.frustum])
+        cluster=one.cluster, hits=hits, sums_address=sums_address, near_cells_address=near)

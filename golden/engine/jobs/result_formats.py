@@ -1,4 +1,6 @@
-"""What a cluster writes of a section: hits of 16, 8 or 4 bytes, and sums as words of what is not 0."""
+"""What a cluster writes of a section: hits of 16, 8 or 4 bytes, or a bit for each ray of a list; and sums as words of
+what is not 0.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,9 +15,9 @@ from golden.engine.ctu.sector import Sector
 from golden.engine.icu.patch_sums import SUM_BITS
 from golden.engine.memory_map.layout import Field, Region
 
-__all__ = ["FULL_HIT", "NO_PATCH", "PATCH_SHIFT", "HitFormat", "ResultCommand",
-           "check_config", "exceeding", "pack_hits", "pack_sums", "result_beats", "result_bytes", "scatter_sums",
-           "section_rays", "unpack_hits", "unpack_ids", "unpack_sums"]
+__all__ = ["FULL_HIT", "NO_PATCH", "PATCH_SHIFT", "HitFormat", "ResultCommand", "bit_words",
+           "check_config", "exceeding", "pack_bits", "pack_hits", "pack_sums", "result_beats", "result_bytes",
+           "scatter_sums", "section_rays", "unpack_bits", "unpack_hits", "unpack_ids", "unpack_sums"]
 
 
 class HitFormat(IntEnum):
@@ -140,6 +142,21 @@ def unpack_ids(data: bytes) -> np.ndarray:
         raise InputError(f"results: Bytes must be a multiple of {HitFormat.IDS.bytes}, not {len(data)}")
     ids = np.frombuffer(data, dtype="<u4").astype(np.int64)
     return np.where(ids == NO_PATCH, -1, ids)
+
+
+def bit_words(rays: int) -> int:
+    """Words of 8 bytes that have the bits of a list of so many rays; also without a ray there is one."""
+    return max(1, -(-rays // 64))
+
+
+def pack_bits(blocked: np.ndarray) -> bytes:
+    """The words of the bits of a list's rays, from the lowest bit of the first word on; 0 behind the last ray."""
+    return np.packbits(blocked, bitorder="little").tobytes().ljust(8 * bit_words(len(blocked)), b"\0")
+
+
+def unpack_bits(data: bytes, rays: int) -> np.ndarray:
+    """The bits of so many rays: bool."""
+    return np.unpackbits(np.frombuffer(data, dtype=np.uint8), count=rays, bitorder="little").astype(bool)
 
 
 def pack_sums(patch: np.ndarray, sums: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.engine.cast.fixed_hits import FixedHits, blocked_hits
+from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.cast.shelling import Shelling
 from golden.engine.frustum.bundle import Bundle
@@ -14,7 +14,14 @@ from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.descriptor import DESCRIPTOR, Kind, check_descriptor, section_of
 from golden.engine.jobs.job import Job, Read
 from golden.engine.jobs.load_regions import LOADED_REGIONS, region_bits
-from golden.engine.jobs.result_formats import HitFormat, ResultCommand, pack_sums, result_bytes, section_rays
+from golden.engine.jobs.result_formats import (
+    HitFormat,
+    ResultCommand,
+    pack_bits,
+    pack_sums,
+    result_bytes,
+    section_rays,
+)
 
 __all__ = ["JobResults", "run_job"]
 
@@ -116,7 +123,10 @@ class _Machine:
             return {}, "NOT_LOADED", 0, 0
         if descriptor["last_shell"] > self._last_shell:
             return {}, "NOT_LOADED", DESCRIPTOR.dtype.fields["last_shell"][1], 0
-        return self._cast(self._job.sections[number], descriptor)
+        one = self._job.sections[number]
+        if descriptor["bundle"] == Bundle.SHADOW:
+            return {int(descriptor["hits"]): pack_bits(self._bits(one, descriptor))}, "NONE", 0, 0
+        return self._cast(one, descriptor)
 
     def _load(self, address, regions):
         if address not in self._images:
@@ -143,11 +153,18 @@ class _Machine:
         words = pack_sums(sums.patch, sums.sum) if command.sums else np.zeros(0, dtype="<u8")
         return result_bytes(command, hits, words), "NONE", 0, len(words)
 
+    def _bits(self, one, descriptor):
+        """Whether each ray of the job's list is blocked; none is that the descriptor has beside its section."""
+        record = self._job.phases[one.phase].request.records[one.frustum]
+        rays = one.section.among(record.listed, record)[:descriptor["ray_count"]]
+        return self._frustum(one.phase, one.frustum)[rays] & section_of(descriptor).mask(record).ravel()[rays]
+
     def _frustum(self, phase, frustum):
+        """The hits of a frustum; of a shadow frustum, whether each ray is blocked."""
         if (phase, frustum) not in self._hits:
             record = self._job.phases[phase].request.records[frustum]
-            caster, shadow = self._caster(phase, len(record)), record.bundle == Bundle.SHADOW
-            self._hits[phase, frustum] = blocked_hits(caster.blocked(record), self._job.config) if shadow \
+            caster = self._caster(phase, len(record))
+            self._hits[phase, frustum] = caster.blocked(record) if record.bundle == Bundle.SHADOW \
                 else caster.cast(record)
         return self._hits[phase, frustum]
 

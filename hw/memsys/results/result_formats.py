@@ -39,7 +39,7 @@ class ResultFormats:
     Members
     -------
     hit : StructLayout
-        ``column`` and ``row`` of a ray of the frustum, its ``hit`` (`IcuFormats.hit`), ``last`` of its section or not.
+        `IcuFormats.read_ray`. Words of a list are hits of 8 bytes.
     section_sum : StructLayout
         `IcuFormats.section_sum`.
     section_command : StructLayout
@@ -59,7 +59,7 @@ class ResultFormats:
     def __init__(self, config: Config):
         formats, memory = IcuFormats(config), MemoryFormats(config)
         address = config.memory.address_bits
-        self.hit = StructLayout({"column": formats.index, "row": formats.index, "hit": formats.hit, "last": 1})
+        self.hit = formats.read_ray
         self.section_sum = formats.section_sum
         self.section_command = StructLayout({
             "hit_format": HitFormat, "sums": 1, "hits": address, "sums_address": address, "columns": formats.count,

@@ -37,7 +37,7 @@ class ResultPacker(wiring.Component):
     i : In, stream of `ResultFormats.section_extent`
         Accepted when the sums of the section before have been.
     i_hit : In, stream of `ResultFormats.hit`
-        The section's hits row by row, up to ``last``.
+        The section's hits row by row, up to ``last``; the words of a list as hits of 8 bytes.
     i_sum : In, stream of `ResultFormats.section_sum`
         Its sums, up to ``last``, after the hits; also if they are not written.
     discard : In(1)
@@ -172,6 +172,8 @@ class ResultPacker(wiring.Component):
         inverse, none = Const(0, LANE_BITS) | hit.inverse, Const(0, LANE_BITS)
         compact = Cat(inverse[:COMPACT_BITS], patch[:COMPACT_BITS], (Const(0, UV_BITS) | hit.u)[:UV_BITS],
                       (Const(0, UV_BITS) | hit.v)[:UV_BITS])
+        if self._config.icu.shadow_bits:
+            compact = Mux(self.i_hit.payload.is_word, self.i_hit.payload.word, compact)
         words = Cat(total.sum, (Const(0, 64 - WEIGHT_BITS) | total.patch)[:64 - WEIGHT_BITS])
         full = [inverse, patch, (Const(0, LANE_BITS) | hit.u | hit.v << 16)[:LANE_BITS], none]
         if lanes_of(self._config) < 4:

@@ -7,6 +7,7 @@ import numpy as np
 
 from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.config import Config
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.completion import patch_sources
 from golden.engine.jobs.descriptor import Kind
 from golden.engine.jobs.job import Job, Read
@@ -38,7 +39,8 @@ class FrustumResult:
     Parameters
     ----------
     hits
-        `FixedHits`; of the format of ids R int64, the patches alone; None of no format.
+        `FixedHits`; of the format of ids R int64, the patches alone; None of no format. Of a shadow frustum R bool,
+        whether each ray is blocked.
     sums
         N int64 for N patches; None if they were not requested.
     records
@@ -160,8 +162,15 @@ def frustum_results(job: Job, records: np.ndarray, read: Read) -> tuple[tuple[Fr
     for number, one in enumerate(job.sections):
         if one is not None:
             numbers[one.phase][one.frustum].append(number)
+
+    def hits(number, frustum):
+        request = job.phases[number].request
+        if request.records[frustum].bundle == Bundle.SHADOW:
+            return job.blocked(number, frustum, read, numbers=numbers[number][frustum])
+        return None if request.hit_format == HitFormat.NONE else job.hits(number, frustum, read)
+
     return tuple(tuple(FrustumResult(
-        hits=None if phase.request.hit_format == HitFormat.NONE else job.hits(number, frustum, read),
+        hits=hits(number, frustum),
         sums=job.sums(number, frustum, read, words, numbers=sections) if phase.request.sums else None,
         records=by_tag[sections])
         for frustum, sections in enumerate(numbers[number])) for number, phase in enumerate(job.phases))

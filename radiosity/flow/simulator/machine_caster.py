@@ -39,8 +39,8 @@ class MachineCaster(FixedFrusta):
     All hemispheres of a request are one job, or several of `together` rays each; so is a screen, and so are shadow
     frusta of the same grid on a machine with ``icu.shadow_bits``. Without them the host casts shadow rays, in the
     integers of the other frusta. A shadow frustum whose list is too long is cast part by part. Of the hits the machine
-    writes the patches; positions follow from rays and patches. The machine's sums of a hemisphere are compared
-    with its hits. The tests and cell steps of a frustum are divided evenly among its rays.
+    writes the patches, of shadow rays bits; positions follow from rays and patches. The machine's sums of a hemisphere
+    are compared with its hits. The tests and cell steps of a frustum are divided evenly among its rays.
 
     Parameters
     ----------
@@ -154,13 +154,12 @@ class MachineCaster(FixedFrusta):
             found = iter(())
             if together:
                 table = self._table(cells, together, together[::len(together) // SAMPLES + 1])
-                found = self._results(phase_request(together, geometry, table, config, ratio=RATIO,
-                                                    hit_format=HitFormat.IDS))
+                found = self._results(phase_request(together, geometry, table, config, ratio=RATIO))
             for record, own in zip(records, parts, strict=True):
                 blocked, tests, steps = np.zeros(len(record), dtype=bool), np.zeros(len(record), dtype=np.int64), 0
                 for part in own:
                     one = next(found)
-                    blocked |= one.hits >= 0
+                    blocked |= one.hits
                     tests[part.listed] = shares(one.total("tested"), len(part.listed))
                     steps += one.total("steps")
                 yield blocked, tests, steps

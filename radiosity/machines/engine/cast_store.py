@@ -72,7 +72,7 @@ class CastStore:
             digest.update(np.asarray(value, dtype=np.int64).tobytes())
         digest.update(record.all_directions().tobytes())
         if record.bundle == Bundle.SHADOW:
-            digest.update(pack_rays(record).tobytes())
+            digest.update(pack_rays(record, record.listed).tobytes())
         if subshells is not None:
             digest.update(np.stack([subshells.patches, subshells.shell]).tobytes())
         return digest.hexdigest()[:32]

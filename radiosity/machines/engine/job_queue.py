@@ -48,7 +48,7 @@ class JobSections:
     cycles
         S int64: cycles of the cast.
     rays
-        S int64: rays.
+        S int64: rays that are read out, one in each cycle; of a shadow frustum those of its list.
     hits, sums
         S int64: beats of hits and of sums.
     """

@@ -17,7 +17,6 @@ from golden.engine.ctu.sector import Sector, sector_rays, subshell_rays
 from golden.engine.ctu.settle_pyramid import SettlePyramid
 from golden.engine.frustum import FrustumRecord
 from golden.engine.frustum.bundle import Bundle
-from golden.engine.frustum.ray_list import pack_rays
 from golden.engine.icu.section_clip import section_clip
 from golden.engine.icu.window_walk import window_tiles
 from golden.engine.schedule.cycle_model import BLOCK
@@ -48,8 +47,8 @@ class SimulatedCast:
     trace, times
         Its work, and the cycles of its events.
     tests, cells, grid_rays, hit
-        Tests, cells opened, grid rays that survived, and patches that results name: those that rays hit, of a shadow
-        frustum with a blocked ray one.
+        Tests, cells opened, grid rays that survived, and patches that sums name: those that rays hit, of a shadow
+        frustum none.
     """
 
     trace: SectionTrace
@@ -113,7 +112,7 @@ class _Stages:
         self._section, self._memory = section, shelling.memory(record)
         self._is_shadow = record.bundle == Bundle.SHADOW
         # An empty list is an item too.
-        self.listing = timing.listing + max(1, len(pack_rays(record))) if self._is_shadow else 0
+        self.listing = timing.listing + max(1, len(section.among(record.listed, record))) if self._is_shadow else 0
         self._references = np.zeros(len(shelling.geometry), dtype=np.int64)
         self._tests = shelling.tests(record, self._memory, references=self._references, block=BLOCK, lanes=lanes)
         self._cluster = shelling.cluster(record, self._section)
@@ -145,7 +144,7 @@ class _Stages:
     def hit(self):
         own = self._section.mask(self._record).ravel()
         if self._is_shadow:
-            return int(self._memory.blocked[own].any())
+            return 0
         patch = self._memory.patch[own]
         return len(np.unique(patch[patch >= 0]))
 

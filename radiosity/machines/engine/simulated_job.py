@@ -9,8 +9,10 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.engine.cast.shelling import Shelling
 from golden.engine.config import Config
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.descriptor import list_words
 from golden.engine.jobs.job import Job, PhaseRequest
+from golden.engine.jobs.result_formats import bit_words
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_timing import ClusterTiming
 from radiosity.machines.engine.job_queue import JobSections, JobTimes, run_queue
@@ -92,17 +94,20 @@ def simulate_job(job: Job, casts: CastStore, *, job_timing: JobTiming, load_timi
     """
     if len(job.phases) != 1 or not job.phases[0].image.has_copies:
         raise InputError("machines: A job must be of one phase whose patches every cluster holds")
-    phase, config, made, near, rays = job.phases[0], job.config, [], [], []
+    phase, config, made, near, rays, written = job.phases[0], job.config, [], [], [], []
     request = phase.request
     for one, words in zip(job.sections, list_words(job.descriptors), strict=True):
         if one is not None:
             section = one.section
-            made.append(casts.cast(request.records[one.frustum], section))
-            rays.append(section.rays)
+            record = request.records[one.frustum]
+            made.append(casts.cast(record, section))
+            is_shadow = record.bundle == Bundle.SHADOW
+            rays.append(max(1, len(section.among(record.listed, record))) if is_shadow else section.rays)
+            written.append(8 * bit_words(rays[-1]) if is_shadow else section.rays * request.hit_format.bytes)
             near.append(words)
             note(len(made))
     rays, bits = np.array(rays), config.memory.data_bits
-    hits = -(-8 * rays * request.hit_format.bytes // bits)
+    hits = -(-8 * np.array(written) // bits)
     words = np.array([cast.hit for cast in made]) if request.sums else np.zeros_like(rays)
     sums = -(-64 * words // bits)
     times = run_queue(JobSections(

@@ -171,14 +171,15 @@ def test_every_rule_at_its_limit_and_beyond(frustum, field, change, code):
 
 
 # Of a machine with shadow frusta.
-SHADOW = CONFIG.replace({"icu.shadow_bits": 4})
+SHADOW, BITS = CONFIG.replace({"icu.shadow_bits": 4}), {"bundle": 2, "hit_format": 0, "sums": 0}
 
 
 @pytest.mark.parametrize(("field", "change", "code"), [
-    ("bundle", {"bundle": 2}, None), ("bundle", {"bundle": 3}, "DESCRIPTOR"),
-    ("ray_count", {"bundle": 2, "ray_count": 16}, None), ("ray_count", {"bundle": 2, "ray_count": 17}, "DESCRIPTOR"),
+    ("bundle", BITS, None), ("bundle", {**BITS, "bundle": 3}, "DESCRIPTOR"),
+    ("bundle", {**BITS, "hit_format": 1}, "DESCRIPTOR"), ("bundle", {**BITS, "sums": 1}, "DESCRIPTOR"),
+    ("ray_count", {**BITS, "ray_count": 16}, None), ("ray_count", {**BITS, "ray_count": 17}, "DESCRIPTOR"),
     *(("bundle", {"bundle": bundle, "ray_count": 1}, "DESCRIPTOR") for bundle in (0, 1))], ids=str)
-def test_only_shadow_frusta_have_lists_of_rays(frustum, field, change, code):
+def test_shadow_frusta_have_lists_of_rays_and_no_other_results(frustum, field, change, code):
     refusal = check_descriptor(changed(frustum, **change), SHADOW)
     assert (refusal and (refusal.code, refusal.byte)) == (code and (code, DESCRIPTOR.dtype.fields[field][1]))
 
@@ -188,7 +189,8 @@ def test_every_rule_is_broken_above(frustum):
     broken.add(check_descriptor(changed(load_descriptor(64, 1), cluster=1), CONFIG).reason)
     broken |= {check_descriptor(changed(frustum, **change), WIDE).reason for change in (
         COMPACT, {"hit_format": HitFormat.NONE, "sums": 1})}
-    broken.add(check_descriptor(changed(frustum, bundle=0, ray_count=1), SHADOW).reason)
+    broken |= {check_descriptor(changed(frustum, **change), SHADOW).reason for change in (
+        {"bundle": 0, "ray_count": 1}, {"bundle": 2, "hit_format": 1})}
     assert broken == {rule.about for rule in RULES}
 
 

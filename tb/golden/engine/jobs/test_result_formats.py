@@ -16,12 +16,14 @@ from golden.engine.jobs.result_formats import (
     HitFormat,
     ResultCommand,
     check_config,
+    pack_bits,
     pack_hits,
     pack_sums,
     result_beats,
     result_bytes,
     scatter_sums,
     section_rays,
+    unpack_bits,
     unpack_hits,
     unpack_ids,
     unpack_sums,
@@ -65,6 +67,15 @@ def test_hits_of_all_configurations_return_from_16_bytes(hits):
 @given(drawn(24, 31, 8))
 def test_patches_return_from_ids(hits):
     assert np.array_equal(unpack_ids(pack_hits(hits, HitFormat.IDS).tobytes()), hits.patch)
+
+
+@pytest.mark.parametrize(("rays", "words"), [(0, 1), (1, 1), (64, 1), (65, 2), (200, 4)])
+def test_bits_of_a_list_return_from_words_of_which_the_first_ray_has_the_lowest_bit(rays, words):
+    blocked = np.random.default_rng(rays).integers(2, size=rays).astype(bool)
+    data = pack_bits(blocked)
+    assert [word >> bit & 1 for word in struct.unpack(f"<{words}Q", data) for bit in range(64)] == (
+        blocked.tolist() + [0] * (64 * words - rays))
+    assert np.array_equal(unpack_bits(data, rays), blocked)
 
 
 def test_bytes_of_hits_are_those_of_the_specification():

@@ -9,7 +9,7 @@ import pytest
 from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.descriptor import DESCRIPTOR, load_descriptor
-from golden.engine.jobs.result_formats import HitFormat, pack_hits, pack_sums
+from golden.engine.jobs.result_formats import HitFormat, pack_bits, pack_hits, pack_sums
 from hw.cluster import COUNTERS
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.error_code import ABOUT, ErrorCode
@@ -349,6 +349,11 @@ def test_hits_are_those_of_the_formats(hit_format, library):
 @pytest.mark.parametrize("hit_format", [0, 4])
 def test_other_formats_are_refused(hit_format, library):
     assert library.radiosity_unpack_hit(hit_format, bytes(16), ctypes.byref(Hit())) == ARGUMENT
+
+
+def test_bits_are_those_of_the_format(library):
+    blocked = np.random.default_rng(1).integers(2, size=130)
+    assert [library.radiosity_unpack_bit(pack_bits(blocked), ray) for ray in range(130)] == blocked.tolist()
 
 
 def test_sums_are_those_of_the_format(library):
