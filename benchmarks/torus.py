@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.report import output_option, provenance, table, write_report
 from benchmarks.thesis_networks import grade
 from radiosity.cli.console import console
-from radiosity.machines.torus import torus_state as ts
+from radiosity.machines.torus.columns import Tally
 from radiosity.machines.torus.ray_timing import RayTiming
 from radiosity.machines.torus.torus_run import TorusSetup, simulate_torus
 from radiosity.machines.torus.torus_scenes import TORUS_SCENES
@@ -56,8 +56,8 @@ def _run(name: str, seed: int, setup: TorusSetup) -> tuple[np.ndarray, np.ndarra
     """Busy seconds and walks of the nodes, rays passed, tests of a ray, rows given."""
     run = simulate_torus(TORUS_SCENES[name](seed), setup)
     tallies = run.state.tallies
-    return (run.tracing / 1e6, tallies[:, ts.TRACED].copy(), int(tallies[:, ts.PASSED].sum()), run.tests,
-            int(tallies[:, ts.GIVEN].sum()))
+    return (run.tracing / 1e6, tallies[:, Tally.TRACED].copy(), int(tallies[:, Tally.PASSED].sum()), run.tests,
+            int(tallies[:, Tally.GIVEN].sum()))
 
 
 def _setup(nodes: int, size: tuple[int, int], **changes) -> TorusSetup:

@@ -46,7 +46,8 @@ class _Digest:
         if isinstance(value, _PLAIN):
             self._put(type(value).__name__, repr(value))
         elif isinstance(value, tuple | list):
-            self._put(type(value).__name__, len(value))
+            # Names of a tuple's entries are read as attributes.
+            self._put(type(value).__name__, len(value), *getattr(value, "_fields", ()))
             for one in value:
                 self.add(one)
         elif isinstance(value, frozenset):

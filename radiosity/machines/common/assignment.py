@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.base.errors import InputError, check_int
+from radiosity.machines.common.nodes import check_power_of_two
 
-__all__ = ["ASSIGNMENTS", "MOST_NODES", "Assignment", "assign", "check_nodes", "of_rows", "shares"]
+__all__ = ["ASSIGNMENTS", "Assignment", "assign", "check_nodes", "of_rows", "shares"]
 
 ASSIGNMENTS = ("random", "scattered", "tiled")
-MOST_NODES = 1024
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,10 +55,9 @@ def check_nodes(nodes: int, patches: int) -> None:
     Raises
     ------
     InputError
-        They are no power of two up to `MOST_NODES`, or more than the patches.
+        They are no power of two up to 1024, or more than the patches.
     """
-    if not 1 <= nodes <= MOST_NODES or nodes & (nodes - 1):
-        raise InputError(f"gather: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}", parameter="nodes")
+    check_power_of_two("gather", "Nodes", nodes)
     if nodes > patches:
         raise InputError(f"gather: Nodes must be at most the {patches} patches, not {nodes}", parameter="nodes")
 

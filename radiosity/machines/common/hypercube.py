@@ -23,20 +23,20 @@ class Hypercube(NamedTuple):
         leads to the host, and of the host to node 0.
     sent
         (P + 1) x 2 int64: messages and words that each node has sent.
-    times
-        2 int64: ns to set a message up, and of a word.
+    setup, word
+        ns to set a message up, and of a word.
     """
 
     free: np.ndarray
     sent: np.ndarray
-    times: np.ndarray
+    setup: int
+    word: int
 
 
 def hypercube(nodes: int, timing: NodeTiming) -> Hypercube:
     """Idle links of P nodes, a power of two, and a host."""
     return Hypercube(free=np.zeros((nodes + 1, nodes.bit_length()), dtype=np.int64),
-                     sent=np.zeros((nodes + 1, 2), dtype=np.int64),
-                     times=np.array([timing.setup, timing.word], dtype=np.int64))
+                     sent=np.zeros((nodes + 1, 2), dtype=np.int64), setup=timing.setup, word=timing.word)
 
 
 def ring(nodes: int) -> np.ndarray:
@@ -78,7 +78,7 @@ def transfer(cube: Hypercube, time: int, source: int, target: int, words: int) -
 
     Source: Kurc 1997, section 2.3. It does not say what a message does that finds a link taken.
     """
-    end = _reserve(cube, source, target, time, False) + words * cube.times[1]
+    end = _reserve(cube, source, target, time, False) + words * cube.word
     _reserve(cube, source, target, end, True)
     cube.sent[source, MESSAGES] += 1
     cube.sent[source, WORDS] += words

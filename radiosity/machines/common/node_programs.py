@@ -5,13 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.base.compiled import compiled
+from radiosity.machines.common.columns import columns
 from radiosity.machines.common.event_heap import event_heap, next_time, pop, push
 from radiosity.machines.common.hypercube import Hypercube, transfer
 
 __all__ = ["Program", "joined", "run_program", "work_step"]
 
 _READY, _ARRIVED = range(2)
-_STEP, _ROUND, _WAITS = range(3)
+# What a node is at, and whether it has sent.
+_Node = columns("_Node", "STEP ROUND WAITS")
 _NONE = -1
 
 
@@ -72,7 +74,7 @@ def run_program(program: Program, cube: Hypercube, start: np.ndarray, *, rounds:
         raise ValueError("Targets must be nodes that expect a message from the sender")
     if not steps or not rounds:
         return np.array(start, dtype=np.int64)
-    ends, state = np.zeros(nodes, dtype=np.int64), np.zeros((nodes, 3), dtype=np.int64)
+    ends, state = np.zeros(nodes, dtype=np.int64), np.zeros((nodes, len(_Node)), dtype=np.int64)
     heap = event_heap(nodes * (2 * steps + 1))
     _run(heap, program, cube, np.asarray(start, dtype=np.int64), rounds, state,
          np.zeros((steps, nodes), dtype=np.int64), ends)
@@ -84,7 +86,7 @@ def _begin(heap, program, cube, step, node, time):
     """The node works, and sets its message up."""
     ready = time + program.work[step, node]
     if program.target[step, node] != _NONE:
-        ready += cube.times[0]
+        ready += cube.setup
     push(heap, ready, _READY, node)
 
 
@@ -100,25 +102,25 @@ def _run(heap, program, cube, start, rounds, state, arrived, ends):
         if kind == _ARRIVED:
             arrived[subject // nodes, node] += 1
         else:
-            step = state[node, _STEP]
-            state[node, _WAITS] = 1
+            step = state[node, _Node.STEP]
+            state[node, _Node.WAITS] = 1
             target = program.target[step, node]
             if target != _NONE:
                 end = transfer(cube, time, node, target, program.words[step, node])
                 push(heap, end, _ARRIVED, target + nodes * step)
-        step = state[node, _STEP]
+        step = state[node, _Node.STEP]
         expects = program.source[step, node] != _NONE
-        if not state[node, _WAITS] or (expects and arrived[step, node] == 0):
+        if not state[node, _Node.WAITS] or (expects and arrived[step, node] == 0):
             continue
         if expects:
             arrived[step, node] -= 1
-        state[node, _WAITS] = 0
+        state[node, _Node.WAITS] = 0
         step += 1
         if step == steps:
             step = 0
-            state[node, _ROUND] += 1
-        state[node, _STEP] = step
-        if state[node, _ROUND] == rounds:
+            state[node, _Node.ROUND] += 1
+        state[node, _Node.STEP] = step
+        if state[node, _Node.ROUND] == rounds:
             ends[node] = time
         else:
             _begin(heap, program, cube, step, node, time)

@@ -6,21 +6,21 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.base.errors import InputError
 from golden.engine.config import Config
 from golden.engine.jobs.descriptor import list_words
 from golden.engine.jobs.job import Job, plan_job
 from radiosity.flow.simulator.simulation_config import simulation_config
+from radiosity.machines.common.nodes import check_power_of_two, spread_over_nodes
 from radiosity.machines.engine.cluster_latencies import cluster_timing
 from radiosity.machines.engine.job_latencies import job_timing, load_timing
 from radiosity.machines.engine.job_runs import JobSpec, PreparedJob, prepare_job
 from radiosity.machines.engine.simulated_job import SimulatedJob, phase_casts, simulate_job
 
-__all__ = ["CALIBRATED", "MOST_NODES", "EngineMachine", "EngineRun"]
+__all__ = ["CALIBRATED", "EngineMachine", "EngineRun"]
 
 # Clusters of the largest machine of hardware that simulated cycles have been compared with; of the largest machine
 # that is simulated, and of the largest configuration.
-CALIBRATED, MOST_NODES, _CONFIGURED = 16, 1024, 64
+CALIBRATED, _CONFIGURED = 16, 64
 # Patches of a cluster's memory, unless the user has chosen a number: each cluster holds all of the scene.
 _HELD = {"memsys.own_patches": 4096}
 
@@ -102,8 +102,8 @@ class EngineRun:
                         "dispatch_share": self.dispatch / behind, "sums": int(self.simulated.words.sum())},
             "memory": {"image_bytes": image.size, "job_bytes": self.job.end - self.job.base,
                        "patches_of_a_cluster": len(image.residents(0)), "capacity": config.memsys.own_patches},
-            "of_a_node": {name: {"least": int(counts.min()), "mean": float(counts.mean()), "most": int(counts.max())}
-                          for name, counts in (("sections", sections), ("tests", tests), ("cast_cycles", busy))}}
+            "of_a_node": spread_over_nodes(
+                sections=sections, tests=tests, cast_cycles=busy)}
 
 
 class EngineMachine:
@@ -145,8 +145,8 @@ class EngineMachine:
         InputError
             A number is none, or the machine cannot cast the job.
         """
-        _check("Nodes", nodes, MOST_NODES)
-        _check("Groups", groups, nodes)
+        check_power_of_two("machine", "Nodes", nodes)
+        check_power_of_two("machine", "Groups", groups, nodes)
         # Every cluster holds all patches, so nothing is requested of patch nodes.
         config = simulation_config(self._config.replace({"noc.patch_nodes": 0}), clusters=min(nodes, _CONFIGURED),
                                    topology=None, given=self._given, rays=self._spec.rays[0] * self._spec.rays[1])
@@ -161,7 +161,3 @@ class EngineMachine:
         return EngineRun(prepared=prepared, job=job, nodes=nodes, groups=groups, simulated=simulated,
                          dispatch=timing.dispatch * len(simulated.casts) + int(list_words(job.descriptors).sum()))
 
-
-def _check(name, value, most):
-    if not 1 <= value <= most or value & (value - 1):
-        raise InputError(f"machine: {name} must be a power of two up to {most}, not {value!r}", parameter=name)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.base.compiled import compiled
+from radiosity.machines.common.columns import columns
 from radiosity.machines.common.event_heap import event_heap, next_time, pop, push
 from radiosity.machines.common.hypercube import Hypercube, transfer
 
@@ -13,10 +14,10 @@ __all__ = ["DemandedRows", "demand_rows"]
 _REQUEST, _FULL, _REPLY, _ROW_ENDS = range(4)
 # Words of a request and of a patch in a reply: its number, reflectances and emissions.
 _REQUEST_WORDS, _PATCH_WORDS = 1, 7
-# Of a node: first patch of its request, patches of it, those that it has made.
-_FIRST, _COUNT, _MADE = range(3)
-# Of the host: next patch, nodes that wait for the end, when it is idle, whether a memory is full.
-_NEXT, _WAITING, _IDLE, _IS_FULL = range(4)
+# First patch of a node's request, patches of it, those that it has made.
+_Node = columns("_Node", "FIRST COUNT MADE")
+# The host's next patch, nodes that wait for the end, when it is idle, whether a memory is full.
+_Host = columns("_Host", "NEXT WAITING IDLE IS_FULL")
 _NONE = -1
 
 
@@ -70,7 +71,7 @@ def demand_rows(times: np.ndarray, sizes: np.ndarray, free: np.ndarray, cube: Hy
     found = DemandedRows(np.full(count, _NONE, dtype=np.int64), np.zeros(count, dtype=np.int64),
                          np.zeros(nodes, dtype=np.int64))
     _run(event_heap(2 * nodes + 2), found, times, sizes, np.array(free, dtype=np.int64), cube, start, granularity,
-         np.zeros((nodes, 3), dtype=np.int64), np.zeros(4, dtype=np.int64))
+         np.zeros((nodes, len(_Node)), dtype=np.int64), np.zeros(len(_Host), dtype=np.int64))
     return found
 
 
@@ -78,14 +79,14 @@ def demand_rows(times: np.ndarray, sizes: np.ndarray, free: np.ndarray, cube: Hy
 def _request(heap, cube, node, time, kind):
     """The node sets a request up, or that its memory is full, and sends it."""
     host = len(cube.free) - 1
-    push(heap, transfer(cube, time + cube.times[0], node, host, _REQUEST_WORDS), kind, node)
+    push(heap, transfer(cube, time + cube.setup, node, host, _REQUEST_WORDS), kind, node)
 
 
 @compiled
 def _reply(heap, cube, host, node, time, words):
     """The host sets a reply up when it is idle, and sends it."""
-    host[_IDLE] = max(time, host[_IDLE]) + cube.times[0]
-    push(heap, transfer(cube, host[_IDLE], len(cube.free) - 1, node, words), _REPLY, node)
+    host[_Host.IDLE] = max(time, host[_Host.IDLE]) + cube.setup
+    push(heap, transfer(cube, host[_Host.IDLE], len(cube.free) - 1, node, words), _REPLY, node)
 
 
 @compiled
@@ -97,32 +98,32 @@ def _run(heap, found, times, sizes, free, cube, start, granularity, state, host)
     while next_time(heap) != _NONE:
         time, kind, node = pop(heap)
         if kind <= _FULL:
-            host[_IS_FULL] |= kind == _FULL
-            if host[_IS_FULL] or host[_NEXT] == count:
-                state[node, _COUNT] = 0
-                host[_WAITING] += 1
-                if host[_WAITING] == nodes:
+            host[_Host.IS_FULL] |= kind == _FULL
+            if host[_Host.IS_FULL] or host[_Host.NEXT] == count:
+                state[node, _Node.COUNT] = 0
+                host[_Host.WAITING] += 1
+                if host[_Host.WAITING] == nodes:
                     for other in range(nodes):
                         _reply(heap, cube, host, other, time, _REQUEST_WORDS)
                 continue
-            state[node, _FIRST], state[node, _MADE] = host[_NEXT], 0
-            state[node, _COUNT] = min(granularity, count - host[_NEXT])
-            host[_NEXT] += state[node, _COUNT]
-            _reply(heap, cube, host, node, time, _PATCH_WORDS * state[node, _COUNT])
+            state[node, _Node.FIRST], state[node, _Node.MADE] = host[_Host.NEXT], 0
+            state[node, _Node.COUNT] = min(granularity, count - host[_Host.NEXT])
+            host[_Host.NEXT] += state[node, _Node.COUNT]
+            _reply(heap, cube, host, node, time, _PATCH_WORDS * state[node, _Node.COUNT])
         elif kind == _REPLY:
-            if state[node, _COUNT] == 0:
+            if state[node, _Node.COUNT] == 0:
                 found.ends[node] = time
             else:
-                push(heap, time + times[state[node, _FIRST]], _ROW_ENDS, node)
+                push(heap, time + times[state[node, _Node.FIRST]], _ROW_ENDS, node)
         else:
-            row = state[node, _FIRST] + state[node, _MADE]
+            row = state[node, _Node.FIRST] + state[node, _Node.MADE]
             if sizes[row] > free[node]:
                 _request(heap, cube, node, time, _FULL)
                 continue
             free[node] -= sizes[row]
             found.node[row], found.ended[row] = node, time
-            state[node, _MADE] += 1
-            if state[node, _MADE] == state[node, _COUNT]:
+            state[node, _Node.MADE] += 1
+            if state[node, _Node.MADE] == state[node, _Node.COUNT]:
                 _request(heap, cube, node, time, _REQUEST)
             else:
                 push(heap, time + times[row + 1], _ROW_ENDS, node)

@@ -11,6 +11,7 @@ from radiosity.machines.common.content_hash import content_hash
 from radiosity.machines.common.hypercube import MESSAGES, WORDS, hypercube
 from radiosity.machines.common.node_programs import run_program
 from radiosity.machines.common.node_timing import NodeTiming
+from radiosity.machines.common.nodes import spread_over_nodes
 from radiosity.machines.gather.node_matrix import NodeMatrix, renumbered, restored
 from radiosity.machines.gather.node_memory import NodeMemory
 from radiosity.machines.gather.parallel_solvers import ChannelSolution, check_completion, solve_channel
@@ -108,11 +109,9 @@ class GatherRun:
             "traffic": {"messages": int(self.sent[:, MESSAGES].sum()), "words": int(self.sent[:, WORDS].sum()),
                         "circulated_words": rows.circulated_words},
             "memory": {"bytes": self.memory.size, "most_bytes": int(rows.peak_bytes.max())},
-            "of_a_node": {name: {"least": int(counts.min()), "mean": float(counts.mean()), "most": int(counts.max())}
-                          for name, counts in (
-                              ("rows", rows.assignment.sizes), ("row_milliseconds", busy // 1_000_000),
-                              ("entries", self.matrix.entry_counts), ("words_sent", self.sent[:nodes, WORDS]),
-                              ("bytes", rows.peak_bytes))},
+            "of_a_node": spread_over_nodes(
+                rows=rows.assignment.sizes, row_milliseconds=busy // 1_000_000, entries=self.matrix.entry_counts,
+                words_sent=self.sent[:nodes, WORDS], bytes=rows.peak_bytes),
             "F": content_hash(self.factors.indptr.astype(np.int64), self.factors.indices.astype(np.int64),
                               self.factors.data),
             "radiosity": content_hash(self.radiosity)}

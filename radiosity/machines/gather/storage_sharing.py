@@ -84,7 +84,7 @@ def _broadcast(heap, cube, source, time):
     for channel in range(cube.free.shape[1] - 1):
         for offset in range(1 << channel):
             node = source ^ offset
-            has[node] += cube.times[0]
+            has[node] += cube.setup
             target = node ^ 1 << channel
             has[target] = transfer(cube, has[node], node, target, 1)
             push(heap, has[target], _FULL_ARRIVES, target)

@@ -6,11 +6,11 @@ import numpy as np
 
 from golden.base.compiled import compiled
 from golden.base.errors import InputError, check_int
-from radiosity.machines.common.assignment import MOST_NODES
 from radiosity.machines.common.content_hash import content_hash
 from radiosity.machines.common.hypercube import MESSAGES, WORDS
+from radiosity.machines.common.nodes import check_power_of_two, spread_over_nodes
 from radiosity.machines.koan.page_run import Items, ItemTimes, run_items
-from radiosity.machines.koan.page_state import COUNTS, PageState, References, page_state
+from radiosity.machines.koan.page_state import PageState, References, page_state
 from radiosity.machines.koan.page_timing import PageTiming
 from radiosity.machines.koan.pixel_items import PixelItems, pixel_items
 from radiosity.machines.koan.ray_pages import PageString
@@ -63,14 +63,9 @@ class KoanRun:
         """The time of one node without faults over that of all nodes."""
         return self.work / (self.nodes * self.time)
 
-    @property
-    def counts(self) -> dict[str, np.ndarray]:
-        """By name of `COUNTS`: N int64."""
-        return dict(zip(COUNTS, self.state.counts.T, strict=True))
-
     def report(self) -> dict:
         """Times, faults, traffic and a hash of the picture, ready for JSON."""
-        counts, sent = self.counts, self.state.cube.sent
+        counts, sent = self.state.counted, self.state.cube.sent
         total = {name: int(each.sum()) for name, each in counts.items()}
         busy = np.bincount(self.times.node, self.times.ends - self.times.begins, self.nodes)
         return {
@@ -83,11 +78,9 @@ class KoanRun:
             "traffic": {"messages": int(sent[:, MESSAGES].sum()), "words": int(sent[:, WORDS].sum()),
                         "ring_requests": total["ring_requests"], "ring_hops": total["ring_hops"]},
             "passed_items": int((self.times.node != np.repeat(np.arange(self.nodes), np.diff(self.items.own))).sum()),
-            "of_a_node": {name: {"least": int(each.min()), "mean": float(each.mean()), "most": int(each.max())}
-                          for name, each in (
-                              ("busy_milliseconds", busy // 1_000_000), ("faults", counts["faults"]),
-                              ("pages_sent", counts["pages_sent"]),
-                              ("interrupted_milliseconds", counts["interrupted"] // 1_000_000))},
+            "of_a_node": spread_over_nodes(
+                busy_milliseconds=busy // 1_000_000, faults=counts["faults"], pages_sent=counts["pages_sent"],
+                interrupted_milliseconds=counts["interrupted"] // 1_000_000),
             "picture": content_hash(self.picture)}
 
 
@@ -99,12 +92,11 @@ def check_machine(nodes: int, frames: int) -> None:
     TypeError
         A number is no int.
     InputError
-        The nodes are no power of two up to `MOST_NODES`, or there is no frame.
+        The nodes are no power of two up to 1024, or there is no frame.
     """
     check_int("koan: Nodes", nodes)
     check_int("koan: Frames", frames)
-    if not 1 <= nodes <= MOST_NODES or nodes & (nodes - 1):
-        raise InputError(f"koan: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}", parameter="nodes")
+    check_power_of_two("koan", "Nodes", nodes)
     if frames < 1:
         raise InputError(f"koan: Cache must be at least one page, not {frames!r} pages", parameter="cache")
 

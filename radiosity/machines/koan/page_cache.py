@@ -1,42 +1,39 @@
 """Page cache: frames for other nodes' pages, given to the page least recently used; a page being written is pinned."""
 
 from golden.base.compiled import compiled
-from radiosity.machines.koan.page_state import DROPPED, FREE, LOGGED, NEWER, NONE, OLDER, PAGE, READ, WRITE, PageState
+from radiosity.machines.koan.page_state import DROPPED, NONE, READ, WRITE, Count, Frame, Node, PageState
 
 __all__ = ["discard", "note", "store", "touch"]
-
-# Columns of `COUNTS`.
-_DROPS = 4
 
 
 @compiled
 def note(state: PageState, time: int, node: int, page: int, code: int) -> None:
     """Log what a page becomes in a node."""
-    row = state.times[LOGGED]
+    row = state.logged[0]
     if row < len(state.log):
         state.log[row, 0], state.log[row, 1], state.log[row, 2], state.log[row, 3] = time, node, page, code
-    state.times[LOGGED] += 1
+    state.logged[0] += 1
 
 
 @compiled
 def _unlink(state, node, frame):
-    older, newer = state.frames[node, frame, OLDER], state.frames[node, frame, NEWER]
-    state.frames[node, older, NEWER], state.frames[node, newer, OLDER] = newer, older
+    older, newer = state.frames[node, frame, Frame.OLDER], state.frames[node, frame, Frame.NEWER]
+    state.frames[node, older, Frame.NEWER], state.frames[node, newer, Frame.OLDER] = newer, older
 
 
 @compiled
 def _link_newest(state, node, frame):
     end = state.frames.shape[1] - 1
-    newest = state.frames[node, end, OLDER]
-    state.frames[node, frame, OLDER], state.frames[node, frame, NEWER] = newest, end
-    state.frames[node, newest, NEWER] = state.frames[node, end, OLDER] = frame
+    newest = state.frames[node, end, Frame.OLDER]
+    state.frames[node, frame, Frame.OLDER], state.frames[node, frame, Frame.NEWER] = newest, end
+    state.frames[node, newest, Frame.NEWER] = state.frames[node, end, Frame.OLDER] = frame
 
 
 @compiled
 def touch(state: PageState, node: int, page: int) -> None:
     """A node refers to a page that it has."""
     frame = state.frame[node, page]
-    if frame >= 0 and state.frames[node, frame, NEWER] != state.frames.shape[1] - 1:
+    if frame >= 0 and state.frames[node, frame, Frame.NEWER] != state.frames.shape[1] - 1:
         _unlink(state, node, frame)
         _link_newest(state, node, frame)
 
@@ -48,8 +45,8 @@ def discard(state: PageState, time: int, node: int, page: int, code: int) -> Non
     frame = state.frame[node, page]
     if frame >= 0:
         _unlink(state, node, frame)
-        state.frames[node, frame, PAGE], state.frame[node, page] = -1, -1
-        state.frames[node, frame, NEWER], state.nodes[node, FREE] = state.nodes[node, FREE], frame
+        state.frames[node, frame, Frame.PAGE], state.frame[node, page] = -1, -1
+        state.frames[node, frame, Frame.NEWER], state.nodes[node, Node.FREE] = state.nodes[node, Node.FREE], frame
     note(state, time, node, page, code)
 
 
@@ -66,17 +63,17 @@ def store(state: PageState, time: int, node: int, page: int) -> int:
     Source: Badouel 1991, section 3.1. It does not say what happens if all are being written.
     """
     end = state.frames.shape[1] - 1
-    if state.nodes[node, FREE] < 0:
-        oldest = state.frames[node, end, NEWER]
-        while oldest != end and state.mode[node, state.frames[node, oldest, PAGE]] == WRITE:
-            oldest = state.frames[node, oldest, NEWER]
+    if state.nodes[node, Node.FREE] < 0:
+        oldest = state.frames[node, end, Frame.NEWER]
+        while oldest != end and state.mode[node, state.frames[node, oldest, Frame.PAGE]] == WRITE:
+            oldest = state.frames[node, oldest, Frame.NEWER]
         if oldest == end:
-            return state.frames[node, state.frames[node, end, NEWER], PAGE]
-        state.counts[node, _DROPS] += 1
-        discard(state, time, node, state.frames[node, oldest, PAGE], DROPPED)
-    frame = state.nodes[node, FREE]
-    state.nodes[node, FREE] = state.frames[node, frame, NEWER]
-    state.frames[node, frame, PAGE], state.frame[node, page] = page, frame
+            return state.frames[node, state.frames[node, end, Frame.NEWER], Frame.PAGE]
+        state.counts[node, Count.DROPS] += 1
+        discard(state, time, node, state.frames[node, oldest, Frame.PAGE], DROPPED)
+    frame = state.nodes[node, Node.FREE]
+    state.nodes[node, Node.FREE] = state.frames[node, frame, Frame.NEWER]
+    state.frames[node, frame, Frame.PAGE], state.frame[node, page] = page, frame
     state.mode[node, page] = READ
     _link_newest(state, node, frame)
     return -1

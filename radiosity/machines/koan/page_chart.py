@@ -52,7 +52,7 @@ def write_page_chart(path: Path, run: KoanRun, *, title: str) -> None:
     InputError
         The run has more changes than it has logged.
     """
-    changes = int(run.state.times[-1])
+    changes = int(run.state.logged[0])
     if changes > len(run.state.log):
         raise InputError(f"koan: Changes of pages must be at most {len(run.state.log)} for a chart, not {changes}")
     pages, nodes = len(run.layout), run.nodes

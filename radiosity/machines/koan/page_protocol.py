@@ -5,29 +5,15 @@ from radiosity.machines.common.event_heap import push
 from radiosity.machines.common.hypercube import transfer
 from radiosity.machines.koan.page_cache import discard, note, store, touch
 from radiosity.machines.koan.page_state import (
-    BUSY,
-    FIRST,
-    FOLLOWING,
-    HAD,
-    HOLDER,
     INVALIDATED,
-    LAST,
-    MISSING,
     NONE,
-    OFFLOADED,
-    PAGE_WORDS,
     READ,
-    REFERENCE,
-    RUNS,
-    SERVE,
-    SERVED,
-    SERVER,
-    STOLEN,
-    TRAP,
     USED,
     WRITE,
-    WRITES,
     WRITTEN_BACK,
+    Count,
+    Home,
+    Node,
     PageState,
     References,
 )
@@ -37,16 +23,13 @@ __all__ = ["RUN", "fault", "handle", "refer", "send", "serving"]
 RUN, REQUEST, RECALL, INVALIDATE, ANSWER, DATA, WRITE_BACK, RING, ITEM = range(9)
 """Kinds of events: a program goes on, or a message arrives."""
 
-# Columns of `COUNTS`.
-_REFERENCES, _REMOTE, _FAULTS, _FETCHES, _DROPS, _WRITE_BACKS, _INVALIDATIONS, _ACKNOWLEDGEMENTS = range(8)
-_RECALLS, _PAGES, _HOPS, _RING_REQUESTS, _INTERRUPTED = range(8, 13)
 _FLAGS = 2
 
 
 @compiled
 def send(state: PageState, time: int, source: int, target: int, words: int, kind: int, about: int, flag: int) -> int:
     """Send a message about a page or another number; when its sender has set it up."""
-    ready = time + state.cube.times[0]
+    ready = time + state.cube.setup
     end = transfer(state.cube, ready, source, target, words)
     nodes = len(state.nodes)
     push(state.heap, end, kind, (about * nodes + source) * nodes * _FLAGS + target * _FLAGS + flag)
@@ -56,17 +39,17 @@ def send(state: PageState, time: int, source: int, target: int, words: int, kind
 @compiled
 def serving(state: PageState, node: int, begin: int, end: int, interrupts: bool) -> None:
     """A server works until ``end``, at the cost of the program that it interrupts, if one ran before."""
-    state.nodes[node, SERVER] = end
-    if interrupts and not state.times[OFFLOADED]:
-        state.nodes[node, STOLEN] += end - begin
-        state.counts[node, _INTERRUPTED] += end - begin
+    state.nodes[node, Node.SERVER] = end
+    if interrupts and not state.timing.is_offloaded:
+        state.nodes[node, Node.STOLEN] += end - begin
+        state.counts[node, Count.INTERRUPTED] += end - begin
 
 
 @compiled
 def refer(state: PageState, references: References, node: int, page: int) -> None:
     """A node refers to a page that it has in the mode for it, and goes on to its next reference."""
     touch(state, node, page)
-    at = state.nodes[node, REFERENCE]
+    at = state.nodes[node, Node.REFERENCE]
     if len(references.word):
         frame, word = state.frame[node, page], references.word[at]
         contents = state.home[page, 0] if frame < 0 else state.cached[node, frame]
@@ -75,10 +58,10 @@ def refer(state: PageState, references: References, node: int, page: int) -> Non
         else:
             references.value[at] = contents[word]
         note(state, -1, node, at, USED)
-    state.nodes[node, RUNS] = True
-    state.counts[node, _REFERENCES] += 1
-    state.counts[node, _REMOTE] += page % len(state.nodes) != node
-    state.nodes[node, REFERENCE] += 1
+    state.nodes[node, Node.RUNS] = True
+    state.counts[node, Count.REFERENCES] += 1
+    state.counts[node, Count.REMOTE_REFERENCES] += page % len(state.nodes) != node
+    state.nodes[node, Node.REFERENCE] += 1
 
 
 @compiled
@@ -93,60 +76,60 @@ def _send_page(state, time, source, target, page, kind, flag):
     frame = state.frame[source, page]
     contents = state.home[page, 0] if frame < 0 else state.cached[source, frame]
     _copy(contents, state.cached[target, -1] if kind == DATA else state.home[page, 1])
-    state.counts[source, _PAGES] += 1
-    return send(state, time, source, target, 1 + state.times[PAGE_WORDS], kind, page, flag)
+    state.counts[source, Count.PAGES_SENT] += 1
+    return send(state, time, source, target, 1 + state.timing.page_words, kind, page, flag)
 
 
 @compiled
 def fault(state: PageState, references: References, time: int, node: int, page: int, writes: int) -> None:
     """A node without a page in the mode for its reference requests it, and stops until it has it."""
     home = page % len(state.nodes)
-    state.counts[node, _FAULTS] += 1
-    state.nodes[node, RUNS] = False
-    state.nodes[node, WRITES], state.nodes[node, HAD] = writes, state.mode[node, page] != NONE
-    time += state.times[TRAP]
+    state.counts[node, Count.FAULTS] += 1
+    state.nodes[node, Node.RUNS] = False
+    state.nodes[node, Node.WRITES], state.nodes[node, Node.HAD] = writes, state.mode[node, page] != NONE
+    time += state.timing.trap
     if home == node:
         time = _proceed(state, references, _request(state, references, time, page, node), page)
     else:
         time = send(state, time, node, home, 1, REQUEST, page, 0)
-    state.nodes[node, SERVER] = max(state.nodes[node, SERVER], time)
+    state.nodes[node, Node.SERVER] = max(state.nodes[node, Node.SERVER], time)
 
 
 @compiled
 def _request(state, references, time, page, node):
     """The home serves a request, or keeps it until it has served those before."""
-    if state.pages[page, BUSY]:
-        if state.pages[page, FIRST] < 0:
-            state.pages[page, FIRST] = node
+    if state.pages[page, Home.BUSY]:
+        if state.pages[page, Home.FIRST] < 0:
+            state.pages[page, Home.FIRST] = node
         else:
-            state.nodes[state.pages[page, LAST], FOLLOWING] = node
-        state.pages[page, LAST] = node
+            state.nodes[state.pages[page, Home.LAST], Node.FOLLOWING] = node
+        state.pages[page, Home.LAST] = node
         return time
-    state.pages[page, BUSY], state.pages[page, SERVED] = True, node
-    nodes, holder = len(state.nodes), state.pages[page, HOLDER]
+    state.pages[page, Home.BUSY], state.pages[page, Home.SERVED] = True, node
+    nodes, holder = len(state.nodes), state.pages[page, Home.HOLDER]
     home = page % nodes
-    if state.nodes[node, WRITES]:
+    if state.nodes[node, Node.WRITES]:
         for other in range(nodes):
             if state.copies[page, other] and other != node and other != home:
-                state.pages[page, MISSING] += 1
-                state.counts[home, _INVALIDATIONS] += 1
+                state.pages[page, Home.MISSING] += 1
+                state.counts[home, Count.INVALIDATIONS] += 1
                 time = send(state, time, home, other, 1, INVALIDATE, page, 0)
     elif holder == home:
-        state.mode[home, page], state.pages[page, HOLDER] = READ, -1
+        state.mode[home, page], state.pages[page, Home.HOLDER] = READ, -1
         note(state, time, home, page, READ)
     elif holder >= 0:
-        state.pages[page, MISSING] = 1
-        state.counts[home, _RECALLS] += 1
+        state.pages[page, Home.MISSING] = 1
+        state.counts[home, Count.RECALLS] += 1
         time = send(state, time, home, holder, 1, RECALL, page, 0)
-    return time if state.pages[page, MISSING] else _grant(state, references, time, page)
+    return time if state.pages[page, Home.MISSING] else _grant(state, references, time, page)
 
 
 @compiled
 def _proceed(state, references, time, page):
     """The home serves those that wait for a page, as long as it need not wait itself."""
-    while state.pages[page, FIRST] >= 0 and not state.pages[page, BUSY]:
-        node = state.pages[page, FIRST]
-        state.pages[page, FIRST], state.nodes[node, FOLLOWING] = state.nodes[node, FOLLOWING], -1
+    while state.pages[page, Home.FIRST] >= 0 and not state.pages[page, Home.BUSY]:
+        node = state.pages[page, Home.FIRST]
+        state.pages[page, Home.FIRST], state.nodes[node, Node.FOLLOWING] = state.nodes[node, Node.FOLLOWING], -1
         time = _request(state, references, time, page, node)
     return time
 
@@ -154,20 +137,20 @@ def _proceed(state, references, time, page):
 @compiled
 def _grant(state, references, time, page):
     """No other node stands against the request that is served: its node gets the page."""
-    node = state.pages[page, SERVED]
-    home, writes = page % len(state.nodes), state.nodes[node, WRITES]
-    state.pages[page, BUSY] = False
+    node = state.pages[page, Home.SERVED]
+    home, writes = page % len(state.nodes), state.nodes[node, Node.WRITES]
+    state.pages[page, Home.BUSY] = False
     if node == home:
         state.mode[node, page] = WRITE if writes else READ
         note(state, time, node, page, state.mode[node, page])
         refer(state, references, node, page)
         push(state.heap, time, RUN, node)
-    elif state.nodes[node, HAD] and state.copies[page, node]:
+    elif state.nodes[node, Node.HAD] and state.copies[page, node]:
         time = send(state, time, home, node, 1, DATA, page, 0)
     else:
         time = _send_page(state, time, home, node, page, DATA, 1)
     if writes:
-        state.pages[page, HOLDER] = node
+        state.pages[page, Home.HOLDER] = node
         state.copies[page, :] = False
         if node != home and state.mode[home, page] != NONE:
             discard(state, time, home, page, INVALIDATED)
@@ -181,7 +164,7 @@ def _returned(state, time, page):
     """The home has a page again that another node had in write mode."""
     home = page % len(state.nodes)
     _copy(state.home[page, 1], state.home[page, 0])
-    state.pages[page, HOLDER], state.mode[home, page] = -1, READ
+    state.pages[page, Home.HOLDER], state.mode[home, page] = -1, READ
     note(state, time, home, page, READ)
 
 
@@ -192,15 +175,15 @@ def _install(state, references, time, node, page, has_page):
     Otherwise other nodes could invalidate the page before, again and again: a livelock.
     """
     if has_page:
-        state.counts[node, _FETCHES] += 1
+        state.counts[node, Count.FETCHES] += 1
         pinned = store(state, time, node, page)
         if pinned >= 0:
             time = _send_page(state, time, node, pinned % len(state.nodes), pinned, WRITE_BACK, 1)
-            state.counts[node, _WRITE_BACKS] += 1
+            state.counts[node, Count.WRITE_BACKS] += 1
             discard(state, time, node, pinned, WRITTEN_BACK)
             store(state, time, node, page)
         _copy(state.cached[node, -1], state.cached[node, state.frame[node, page]])
-    if state.nodes[node, WRITES]:
+    if state.nodes[node, Node.WRITES]:
         state.mode[node, page] = WRITE
     note(state, time, node, page, state.mode[node, page])
     refer(state, references, node, page)
@@ -219,15 +202,15 @@ def handle(state: PageState, references: References, time: int, kind: int, subje
     nodes = len(state.nodes)
     flag, node = subject % _FLAGS, subject // _FLAGS % nodes
     source, page = subject // _FLAGS // nodes % nodes, subject // _FLAGS // nodes // nodes
-    begin, interrupts = max(time, state.nodes[node, SERVER]), state.nodes[node, RUNS] != 0
-    end = begin + state.times[SERVE]
+    begin, interrupts = max(time, state.nodes[node, Node.SERVER]), state.nodes[node, Node.RUNS] != 0
+    end = begin + state.timing.serve
     if kind == REQUEST:
         end = _proceed(state, references, _request(state, references, end, page, source), page)
     elif kind == ANSWER:
         if flag:
             _returned(state, end, page)
-        state.pages[page, MISSING] -= 1
-        if not state.pages[page, MISSING]:
+        state.pages[page, Home.MISSING] -= 1
+        if not state.pages[page, Home.MISSING]:
             end = _proceed(state, references, _grant(state, references, end, page), page)
     elif kind == WRITE_BACK:
         state.copies[page, source] = False
@@ -237,7 +220,7 @@ def handle(state: PageState, references: References, time: int, kind: int, subje
     else:
         mode = state.mode[node, page]
         if kind == INVALIDATE:
-            state.counts[node, _ACKNOWLEDGEMENTS] += 1
+            state.counts[node, Count.ACKNOWLEDGEMENTS] += 1
         if mode == WRITE:
             end = _send_page(state, end, node, source, page, ANSWER, 1)
         else:

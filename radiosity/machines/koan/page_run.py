@@ -8,25 +8,10 @@ from golden.base.compiled import compiled
 from radiosity.machines.common.event_heap import next_time, pop, push
 from radiosity.machines.common.hypercube import ring
 from radiosity.machines.koan.page_protocol import ITEM, RING, RUN, fault, handle, refer, send, serving
-from radiosity.machines.koan.page_state import (
-    CURRENT,
-    END,
-    NONE,
-    OWN,
-    REFERENCE,
-    RUNS,
-    SERVER,
-    STOLEN,
-    WORKED,
-    WRITE,
-    PageState,
-    References,
-)
+from radiosity.machines.koan.page_state import NONE, WRITE, Count, Node, PageState, References
 
 __all__ = ["ItemTimes", "Items", "run_items"]
 
-# Columns of `COUNTS`.
-_HOPS, _RING_REQUESTS = 10, 11
 # Of a message that has an item, or the origin of a request.
 _WORDS = 2
 
@@ -105,14 +90,14 @@ def run_items(state: PageState, items: Items, references: References, start: np.
 def _run(state, items, references, times, successor, is_shared, is_read_only):
     """All events."""
     for node in range(len(state.nodes)):
-        state.nodes[node, OWN], state.nodes[node, END] = items.own[node], items.own[node + 1]
+        state.nodes[node, Node.OWN], state.nodes[node, Node.END] = items.own[node], items.own[node + 1]
         _next_item(state, items, times, successor, node, times.stops[node], is_shared)
     while next_time(state.heap) >= 0:
         time, kind, subject = pop(state.heap)
         if kind == RUN:
-            if state.nodes[subject, STOLEN]:
-                push(state.heap, time + state.nodes[subject, STOLEN], RUN, subject)
-                state.nodes[subject, STOLEN] = 0
+            if state.nodes[subject, Node.STOLEN]:
+                push(state.heap, time + state.nodes[subject, Node.STOLEN], RUN, subject)
+                state.nodes[subject, Node.STOLEN] = 0
             else:
                 _advance(state, items, references, times, successor, subject, time, is_shared, is_read_only)
         elif kind in (RING, ITEM):
@@ -124,9 +109,9 @@ def _run(state, items, references, times, successor, is_shared, is_read_only):
 @compiled
 def _begin(state, items, times, node, item, time):
     """A node begins an item."""
-    state.nodes[node, CURRENT] = item
-    state.nodes[node, REFERENCE] = state.nodes[node, WORKED] = items.first[item]
-    state.nodes[node, RUNS] = True
+    state.nodes[node, Node.CURRENT] = item
+    state.nodes[node, Node.REFERENCE] = state.nodes[node, Node.WORKED] = items.first[item]
+    state.nodes[node, Node.RUNS] = True
     times.node[item], times.begins[item] = node, time
     push(state.heap, time, RUN, node)
 
@@ -134,17 +119,17 @@ def _begin(state, items, times, node, item, time):
 @compiled
 def _next_item(state, items, times, successor, node, time, is_shared):
     """A node begins its next own item, or requests another's, or stops."""
-    first = state.nodes[node, OWN]
-    if first < state.nodes[node, END]:
-        state.nodes[node, OWN] += 1
+    first = state.nodes[node, Node.OWN]
+    if first < state.nodes[node, Node.END]:
+        state.nodes[node, Node.OWN] += 1
         _begin(state, items, times, node, first, time)
         return
-    state.nodes[node, CURRENT] = -1
-    state.nodes[node, RUNS] = False
+    state.nodes[node, Node.CURRENT] = -1
+    state.nodes[node, Node.RUNS] = False
     times.stops[node] = time
     if is_shared:
-        state.counts[node, _RING_REQUESTS] += 1
-        state.counts[node, _HOPS] += 1
+        state.counts[node, Count.RING_REQUESTS] += 1
+        state.counts[node, Count.RING_HOPS] += 1
         send(state, time, node, successor[node], _WORDS, RING, node, 0)
 
 
@@ -154,17 +139,17 @@ def _passed(state, items, times, successor, time, kind, subject):
     nodes = len(state.nodes)
     node, about = subject // 2 % nodes, subject // 2 // nodes // nodes
     if kind == ITEM:
-        _begin(state, items, times, node, about, max(time, state.nodes[node, SERVER]))
+        _begin(state, items, times, node, about, max(time, state.nodes[node, Node.SERVER]))
         return
     if about == node:
         times.stops[node] = time
         return
-    begin, interrupts = max(time, state.nodes[node, SERVER]), state.nodes[node, RUNS] != 0
-    if state.nodes[node, OWN] < state.nodes[node, END]:
-        state.nodes[node, END] -= 1
-        end = send(state, begin, node, about, _WORDS, ITEM, state.nodes[node, END], 0)
+    begin, interrupts = max(time, state.nodes[node, Node.SERVER]), state.nodes[node, Node.RUNS] != 0
+    if state.nodes[node, Node.OWN] < state.nodes[node, Node.END]:
+        state.nodes[node, Node.END] -= 1
+        end = send(state, begin, node, about, _WORDS, ITEM, state.nodes[node, Node.END], 0)
     else:
-        state.counts[about, _HOPS] += 1
+        state.counts[about, Count.RING_HOPS] += 1
         end = send(state, begin, node, successor[node], _WORDS, RING, about, 0)
     serving(state, node, begin, end, interrupts)
 
@@ -183,16 +168,16 @@ def _advance(state, items, references, times, successor, node, time, is_shared, 
     have come up with it.
     """
     now, nodes = time, len(state.nodes)
-    item = state.nodes[node, CURRENT]
+    item = state.nodes[node, Node.CURRENT]
     first, end, work = items.first[item], items.first[item + 1], items.work[item]
-    if first == end and state.nodes[node, WORKED] == first:
-        state.nodes[node, WORKED] += 1
+    if first == end and state.nodes[node, Node.WORKED] == first:
+        state.nodes[node, Node.WORKED] += 1
         now += work
-    while state.nodes[node, REFERENCE] < end:
-        at = state.nodes[node, REFERENCE]
+    while state.nodes[node, Node.REFERENCE] < end:
+        at = state.nodes[node, Node.REFERENCE]
         page, writes = references.pages[at] >> 1, references.pages[at] & 1
-        if state.nodes[node, WORKED] == at:
-            state.nodes[node, WORKED] += 1
+        if state.nodes[node, Node.WORKED] == at:
+            state.nodes[node, Node.WORKED] += 1
             now += work * (at + 1 - first) // (end - first) - work * (at - first) // (end - first)
             if page % nodes != node:
                 now += items.check[item]

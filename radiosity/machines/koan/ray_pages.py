@@ -7,6 +7,7 @@ import numpy as np
 from golden.base.compiled import compiled
 from golden.cast.rays import Hits, Rays
 from golden.scene.cells import Cells
+from radiosity.machines.common.columns import columns
 from radiosity.machines.koan.scene_pages import CELL_BYTES, LIST_BYTES, PATCH_BYTES, ScenePages
 
 __all__ = ["PageString", "ray_pages"]
@@ -37,6 +38,32 @@ class PageString(NamedTuple):
     touches: np.ndarray
 
 
+class _Paths(NamedTuple):
+    """Rays, the distances at which they end, and where each group's begin."""
+
+    origin: np.ndarray
+    direction: np.ndarray
+    ends: np.ndarray
+    first: np.ndarray
+
+
+class _Grid(NamedTuple):
+    """Cells with their lists, and where both are in memory."""
+
+    base: np.ndarray
+    margin: float
+    size: float
+    shape: np.ndarray
+    start: np.ndarray
+    patch: np.ndarray
+    region: np.ndarray
+    page_bytes: int
+
+
+# Of a page: the last group that refers to it, and this group's first and last reference.
+_Seen = columns("_Seen", "GROUP FIRST LAST")
+
+
 def ray_pages(cells: Cells, layout: ScenePages, rays: Rays, hits: Hits, group: np.ndarray, groups: int) -> PageString:
     """The references of rays that a grid has cast.
 
@@ -59,20 +86,20 @@ def ray_pages(cells: Cells, layout: ScenePages, rays: Rays, hits: Hits, group: n
     first_ray = np.searchsorted(group, np.arange(groups + 1))
     touches = hits.steps + 2 * hits.tests
     most = int(np.diff(np.append(0, touches.cumsum())[first_ray]).max(initial=0))
-    ends = np.where(hits.patch >= 0, hits.t, rays.tmax)
-    start = cells.start.astype(np.int64)
-    distinct, all_touches = np.zeros((2, groups), dtype=np.int64)
-    counts = np.zeros(groups, dtype=np.int64)
-    buffers = np.empty(most, dtype=np.int32), np.zeros((len(layout), 3), dtype=np.int64) - 1
-    of_cells = (cells.base, cells.margin, cells.size, cells.shape.astype(np.int64), start,
-                cells.patch.astype(np.int64), layout.first, layout.page_bytes)
-    _walk(rays.origin, rays.direction, ends, first_ray, *of_cells, *buffers, counts, np.empty(0, dtype=np.int32),
-          distinct, all_touches)
+    paths = _Paths(rays.origin, rays.direction, np.where(hits.patch >= 0, hits.t, rays.tmax), first_ray)
+    grid = _Grid(cells.base, cells.margin, cells.size, cells.shape.astype(np.int64), cells.start.astype(np.int64),
+                 cells.patch.astype(np.int64), layout.first, layout.page_bytes)
+    buffer, distinct = np.empty(most, dtype=np.int32), np.zeros(groups, dtype=np.int64)
+    all_touches, counts = np.zeros_like(distinct), np.zeros_like(distinct)
+
+    def walk(filled, page):
+        seen = np.full((len(layout), len(_Seen)), -1)
+        _walk(paths, grid, buffer, seen, filled, page, distinct, all_touches)
+
+    walk(counts, np.empty(0, dtype=np.int32))
     first = np.append(0, counts.cumsum())
     page = np.empty(first[-1], dtype=np.int32)
-    buffers[1][:] = -1
-    _walk(rays.origin, rays.direction, ends, first_ray, *of_cells, *buffers, first[:-1].copy(), page, distinct,
-          all_touches)
+    walk(first[:-1].copy(), page)
     return PageString(first=first, page=page, distinct=distinct, touches=all_touches)
 
 
@@ -82,27 +109,28 @@ def _add(buffer, seen, group, at, page):
     if at and buffer[at - 1] == page:
         return at
     buffer[at] = page
-    if seen[page, 0] != group:
-        seen[page, 0], seen[page, 1] = group, at
-    seen[page, 2] = at
+    if seen[page, _Seen.GROUP] != group:
+        seen[page, _Seen.GROUP], seen[page, _Seen.FIRST] = group, at
+    seen[page, _Seen.LAST] = at
     return at + 1
 
 
 @compiled
-def _walk(origin, direction, ends, first_ray, base, margin, size, shape, start, listed, region, page_bytes,
-          buffer, seen, filled, pages, distinct, touches):
+def _walk(paths, grid, buffer, seen, filled, pages, distinct, touches):
     """Count the references of each group, or write them from ``filled`` on."""
+    origin, direction, ends, size, shape, start = (paths.origin, paths.direction, paths.ends, grid.size, grid.shape,
+                                                   grid.start)
     index, step, plane, between = (np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64), np.empty(3), np.empty(3))
     p, cross, inverse = np.empty(3), np.empty(3), np.empty(3)
     for group in range(len(filled)):
         at = 0
         touches[group] = 0
-        for ray in range(first_ray[group], first_ray[group + 1]):
+        for ray in range(paths.first[group], paths.first[group + 1]):
             largest = max(abs(direction[ray, 0]), abs(direction[ray, 1]), abs(direction[ray, 2]))
             entry, leave = 0.0, np.inf
             for axis in range(3):
                 d = direction[ray, axis]
-                p[axis] = (origin[ray, axis] - base[axis]) + margin
+                p[axis] = (origin[ray, axis] - grid.base[axis]) + grid.margin
                 extent = shape[axis] * size
                 inverse[axis] = 0.0
                 if abs(d) > STILL * largest:
@@ -124,11 +152,12 @@ def _walk(origin, direction, ends, first_ray, base, margin, size, shape, start, 
                     cross[axis] = (plane[axis] - p[axis]) * inverse[axis]
             while True:
                 cell = (index[0] * shape[1] + index[1]) * shape[2] + index[2]
-                at = _add(buffer, seen, group, at, region[0] + cell * CELL_BYTES // page_bytes)
+                at = _add(buffer, seen, group, at, grid.region[0] + cell * CELL_BYTES // grid.page_bytes)
                 touches[group] += 1 + 2 * (start[cell + 1] - start[cell])
                 for place in range(start[cell], start[cell + 1]):
-                    at = _add(buffer, seen, group, at, region[1] + place * LIST_BYTES // page_bytes)
-                    at = _add(buffer, seen, group, at, region[2] + listed[place] * PATCH_BYTES // page_bytes)
+                    at = _add(buffer, seen, group, at, grid.region[1] + place * LIST_BYTES // grid.page_bytes)
+                    at = _add(buffer, seen, group, at,
+                              grid.region[2] + grid.patch[place] * PATCH_BYTES // grid.page_bytes)
                 leave = min(cross[0], cross[1], cross[2])
                 if ends[ray] <= leave:
                     break
@@ -144,9 +173,9 @@ def _walk(origin, direction, ends, first_ray, base, margin, size, shape, start, 
         found, pages_of_group = 0, 0
         for place in range(at):
             page = buffer[place]
-            is_first = seen[page, 1] == place
+            is_first = seen[page, _Seen.FIRST] == place
             pages_of_group += is_first
-            if is_first or seen[page, 2] == place:
+            if is_first or seen[page, _Seen.LAST] == place:
                 if len(pages):
                     pages[filled[group] + found] = page
                 found += 1

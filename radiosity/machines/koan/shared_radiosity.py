@@ -15,7 +15,7 @@ from radiosity.machines.common.node_programs import run_program
 from radiosity.machines.common.node_timing import NodeTiming
 from radiosity.machines.koan.koan_run import check_machine
 from radiosity.machines.koan.page_run import Items, run_items
-from radiosity.machines.koan.page_state import COUNTS, PageState, References, page_state
+from radiosity.machines.koan.page_state import PageState, References, page_state
 from radiosity.machines.koan.page_timing import PageTiming
 from radiosity.machines.koan.ray_pages import PageString
 from radiosity.machines.koan.scene_pages import ScenePages
@@ -38,7 +38,7 @@ class SharedRadiosity:
     rows, time
         ns of the phase of form factors, and of all.
     counts
-        By name of `COUNTS`: N int64 after the phase of form factors, and at the end.
+        By name of `Count`: N int64 after the phase of form factors, and at the end.
     state
         Pages, links and counts at the end.
     """
@@ -77,11 +77,6 @@ class _Nodes:
                                 words=self._words)
         self.ends = np.zeros(nodes, dtype=np.int64)
         self.matrix = sparse.csr_array(system.matrix)
-
-    @property
-    def counts(self):
-        """By name: N int64."""
-        return dict(zip(COUNTS, self.state.counts.T.copy(), strict=True))
 
     def factors_at(self, rows):
         """Page and word of the form factors that are not 0 in some rows, one after the other."""
@@ -154,10 +149,10 @@ def simulate_radiosity(system: RadiositySystem, string: PageString, work: np.nda
                           np.append(np.zeros(len(read)), row), np.repeat([0, 1], [len(read), len(page)])))
         own.append(len(items))
     machine.run(items, own)
-    rows, counts, loaded = int(machine.ends.max()), machine.counts, [matrix]
+    rows, counts, loaded = int(machine.ends.max()), machine.state.counted, [matrix]
     solution = iterate(_sweeps(machine, loaded), tolerance=tolerance, max_steps=_MOST_STEPS)
     return SharedRadiosity(factors=loaded[0], solution=solution, rows=rows, time=int(machine.ends.max()),
-                           counts=(counts, machine.counts), state=machine.state)
+                           counts=(counts, machine.state.counted), state=machine.state)
 
 
 def _sweeps(machine: _Nodes, loaded: list) -> Iterator[State]:

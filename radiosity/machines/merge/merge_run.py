@@ -1,16 +1,16 @@
 """Merge run: the picture of a scene whose polygons are dealt to nodes, and whose pixels are merged."""
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from golden.base.errors import InputError
-from radiosity.machines.common.assignment import MOST_NODES
+from radiosity.machines.common.content_hash import content_hash
 from radiosity.machines.common.hypercube import MESSAGES, WORDS, hypercube
 from radiosity.machines.common.node_programs import run_program, work_step
 from radiosity.machines.common.node_timing import NodeTiming
+from radiosity.machines.common.nodes import check_power_of_two, spread_over_nodes
 from radiosity.machines.merge.exchange_steps import SCHEMES, dimensions_of, mesh_steps
 from radiosity.machines.merge.extended_spans import extended_counts
 from radiosity.machines.merge.line_shares import DIVISIONS, LineShares, divide_lines
@@ -21,7 +21,7 @@ from radiosity.machines.merge.screen_triangles import ScreenTriangles
 from radiosity.machines.merge.span_lists import pixel_counts, span_lists
 from radiosity.machines.merge.winning_pixels import Pixels, pixels_of_spans
 
-__all__ = ["MergeRun", "MergeScheme", "check_machine", "picture_hash", "simulate_merge"]
+__all__ = ["MergeRun", "MergeScheme", "check_machine", "simulate_merge"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,16 +120,10 @@ class MergeRun:
             "imbalance": float(np.ptp(self.merges)) / mean if mean else 0.0,
             "traffic": {"messages": int(self.sent[:, MESSAGES].sum()), "words": int(self.sent[:, WORDS].sum()),
                         "concurrent_words": self.concurrent_words},
-            "of_a_node": {name: {"least": int(counts.min()), "mean": float(counts.mean()), "most": int(counts.max())}
-                          for name, counts in (("triangles", self.triangles), ("pixels_generated", self.generated),
-                                               ("pixels_held", self.held), ("pixels_merged", self.merges),
-                                               ("words_sent", self.sent[:nodes, WORDS]))},
-            "picture": picture_hash(self.picture)}
-
-
-def picture_hash(picture: np.ndarray) -> str:
-    """SHA-256 of the bytes of a picture."""
-    return hashlib.sha256(np.ascontiguousarray(picture).tobytes()).hexdigest()
+            "of_a_node": spread_over_nodes(
+                triangles=self.triangles, pixels_generated=self.generated, pixels_held=self.held,
+                pixels_merged=self.merges, words_sent=self.sent[:nodes, WORDS]),
+            "picture": content_hash(self.picture)}
 
 
 def check_machine(nodes: int, width: int, height: int) -> None:
@@ -140,8 +134,7 @@ def check_machine(nodes: int, width: int, height: int) -> None:
     InputError
         They are no power of two up to 1024, or the screen is none.
     """
-    if not 1 <= nodes <= MOST_NODES or nodes & (nodes - 1):
-        raise InputError(f"merge: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}", parameter="nodes")
+    check_power_of_two("merge", "Nodes", nodes)
     for name, value in (("Width", width), ("Height", height)):
         if not 1 <= value <= 1 << 13:
             raise InputError(f"merge: {name} must be 1 to {1 << 13}, not {value!r}", parameter=name)

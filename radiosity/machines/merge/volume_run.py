@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from radiosity.machines.common.content_hash import content_hash
 from radiosity.machines.common.hypercube import MESSAGES, WORDS, hypercube
 from radiosity.machines.common.node_timing import NodeTiming
-from radiosity.machines.merge.merge_run import check_machine, picture_hash
+from radiosity.machines.common.nodes import spread_over_nodes
+from radiosity.machines.merge.merge_run import check_machine
 from radiosity.machines.merge.screen_split import MESHES, ScreenSplit, mesh_of, split_screen
 from radiosity.machines.merge.screen_volume import ScreenVolume
 from radiosity.machines.merge.split_programs import face_moves, split_ends
@@ -96,10 +98,9 @@ class VolumeRun:
             "splitting_seconds": int(self.split_ends.max()) / 1e9,
             "balance": self.balance, "growth": self.growth,
             "traffic": {"messages": int(self.sent[:, MESSAGES].sum()), "words": int(self.sent[:, WORDS].sum())},
-            "of_a_node": {name: {"least": int(counts.min()), "mean": float(counts.mean()), "most": int(counts.max())}
-                          for name, counts in (("faces", self.faces), ("spans", self.work.spans),
-                                               ("pixels", self.work.pixels), ("operations", self.operations))},
-            "picture": picture_hash(self.work.picture)}
+            "of_a_node": spread_over_nodes(
+                faces=self.faces, spans=self.work.spans, pixels=self.work.pixels, operations=self.operations),
+            "picture": content_hash(self.work.picture)}
 
 
 def simulate_volume(volume: ScreenVolume, splitter: str, *, nodes: int, is_weighted: bool = True,

@@ -12,7 +12,8 @@ from golden.engine.cast.shelling import Shelling
 from golden.engine.config import Config
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene.open import open_scene
-from radiosity.machines.engine.engine_machine import CALIBRATED, MOST_NODES
+from radiosity.machines.common.nodes import check_power_of_two, spread_over_nodes
+from radiosity.machines.engine.engine_machine import CALIBRATED
 from radiosity.machines.paper.paper_latencies import paper_timing
 from radiosity.machines.paper.paper_step import PaperStep, simulate_steps
 from radiosity.machines.paper.prepared_step import PreparedStep, prepare_steps
@@ -121,12 +122,10 @@ class PaperRun:
                        "cache_hits": self.total("hits"), "main_references": self.total("misses"),
                        "most_held": max(memory.held for step in steps for memory in step.memories),
                        "most_deferred": max(one.most_deferred for step in steps for one in step.counts)},
-            "of_a_node": {name: {"least": int(counts.min()), "mean": float(counts.mean()), "most": int(counts.max())}
-                          for name, counts in (
-                              ("tests", self._of_nodes("tests")), ("steps", self._of_nodes("steps")),
-                              ("references", self._of_nodes("patches")), ("received", received),
-                              ("cast_cycles", np.sum([[one.ends[-1] for one in step.counts] for step in steps],
-                                                     axis=0)))}}
+            "of_a_node": spread_over_nodes(
+                tests=self._of_nodes("tests"), steps=self._of_nodes("steps"), references=self._of_nodes("patches"),
+                received=received,
+                cast_cycles=np.sum([[one.ends[-1] for one in step.counts] for step in steps], axis=0))}
 
     def _of_nodes(self, name):
         return np.sum([[getattr(one, name) for one in step.counts] for step in self.steps], axis=0)
@@ -155,9 +154,7 @@ class PaperMachine:
     """
 
     def __init__(self, spec: PaperSpec, config: Config, *, nodes: int, units: int | None = None, latency: int = 10):
-        if not 1 <= nodes <= MOST_NODES or nodes & (nodes - 1):
-            raise InputError(f"machine: Nodes must be a power of two up to {MOST_NODES}, not {nodes!r}",
-                             parameter="nodes")
+        check_power_of_two("machine", "Nodes", nodes)
         self._spec, self._config, self._nodes, self._latency = spec, config, nodes, latency
         self._units = 2 * nodes if units is None else units
         self._scene = open_scene(spec.scene)

@@ -3,19 +3,15 @@
 import numpy as np
 
 from golden.base.compiled import compiled
-from radiosity.machines.torus.node_grids import BITS, ENTRIES, NEXT, OBJECT, SUBDIVISIONS, TABLE, TAG, NodeGrids
+from radiosity.machines.torus.columns import Grid, Reference, Walk
+from radiosity.machines.torus.node_grids import NodeGrids
 from radiosity.machines.torus.object_tests import hit_distance
 from radiosity.machines.torus.torus_scene import Objects
 
-__all__ = ["BLOCKED", "CHAINED", "EXIT", "HIT", "POLYGON_HITS", "POLYGON_TESTS", "REACHED", "SPHERE_HITS",
-           "SPHERE_TESTS", "STEPS", "WALK_COUNTS", "walk"]
+__all__ = ["BLOCKED", "EXIT", "HIT", "REACHED", "walk"]
 
 HIT, EXIT, REACHED, BLOCKED = range(4)
 """How a walk ends."""
-
-STEPS, SPHERE_TESTS, POLYGON_TESTS, SPHERE_HITS, POLYGON_HITS, CHAINED = range(6)
-WALK_COUNTS = 6
-"""Columns of counts: voxel steps, tests and hits of objects, entries of chains that were compared."""
 
 _NONE = -1
 
@@ -44,7 +40,7 @@ def walk(grids: NodeGrids, objects: Objects, node: int, origin: np.ndarray, dire
         This ray's, which no walk had before. Nodes do not share mailboxes: all walks have numbers of their own, so one
         array stands for those of all nodes.
     counts
-        6 int64, added to.
+        int64 by `Walk`, added to.
 
     Returns
     -------
@@ -52,9 +48,9 @@ def walk(grids: NodeGrids, objects: Objects, node: int, origin: np.ndarray, dire
 
     Source: Pearce 1987, chapters 2 and 4.
     """
-    subdivisions, table, entries, bits = (grids.shape[node, SUBDIVISIONS], grids.shape[node, TABLE],
-                                          grids.shape[node, ENTRIES], grids.shape[node, BITS])
-    side, mask = subdivisions + 2, grids.shape[node, ENTRIES] - 1
+    subdivisions, table, entries, bits = (grids.shape[node, Grid.SUBDIVISIONS], grids.shape[node, Grid.TABLE],
+                                          grids.shape[node, Grid.ENTRIES], grids.shape[node, Grid.BITS])
+    side, mask = subdivisions + 2, grids.shape[node, Grid.ENTRIES] - 1
     step, hop = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
     delta, dist = np.full(3, np.inf), np.full(3, np.inf)
     index, stride = 0, side * side
@@ -86,22 +82,22 @@ def walk(grids: NodeGrids, objects: Objects, node: int, origin: np.ndarray, dire
             is_full = at != _NONE
         is_tagged = not entries
         while at != _NONE:
-            counts[CHAINED] += 1
+            counts[Walk.CHAINED] += 1
             reference = grids.references[at]
-            at = reference[NEXT]
+            at = reference[Reference.NEXT]
             if entries:
-                if reference[TAG] != index:
+                if reference[Reference.TAG] != index:
                     continue
                 is_tagged = True
-            one = reference[OBJECT]
+            one = reference[Reference.OBJECT]
             if mail[one] == number:
                 continue
             mail[one] = number
             is_polygon = objects.counts[one] > 0
-            counts[POLYGON_TESTS if is_polygon else SPHERE_TESTS] += 1
+            counts[Walk.POLYGON_TESTS if is_polygon else Walk.SPHERE_TESTS] += 1
             distance = hit_distance(objects, one, origin, direction)
             if distance < np.inf:
-                counts[POLYGON_HITS if is_polygon else SPHERE_HITS] += 1
+                counts[Walk.POLYGON_HITS if is_polygon else Walk.SPHERE_HITS] += 1
                 if distance < limit < np.inf:
                     return BLOCKED, one, distance
                 if distance < nearest or (distance == nearest and one < best):
@@ -118,7 +114,7 @@ def walk(grids: NodeGrids, objects: Objects, node: int, origin: np.ndarray, dire
         index += step[small]
         dist[small] += delta[small]
         small = _smallest(dist)
-        counts[STEPS] += 1
+        counts[Walk.STEPS] += 1
 
 
 @compiled

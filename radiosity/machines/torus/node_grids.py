@@ -5,18 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.base.compiled import compiled
+from radiosity.machines.torus.columns import Grid, Reference
 from radiosity.machines.torus.node_boxes import NodeBoxes
 from radiosity.machines.torus.object_tests import meets_box
 from radiosity.machines.torus.torus_scene import Objects
 
-__all__ = ["BITS", "ENTRIES", "NEXT", "OBJECT", "SUBDIVISIONS", "TABLE", "TAG", "NodeGrids", "array_bytes",
-           "chain_search", "hash_bytes", "node_grids", "representation_gain"]
-
-SUBDIVISIONS, TABLE, BITS, ENTRIES = range(4)
-"""Columns of ``shape``: v, where a node's table and bits begin, and heads of its hash table or 0 of an array."""
-
-OBJECT, NEXT, TAG = range(3)
-"""Columns of a reference."""
+__all__ = ["NodeGrids", "array_bytes", "chain_search", "hash_bytes", "node_grids", "representation_gain"]
 
 _NONE = -1
 # Voxels take in what touches them within so many of their sizes, so that rounding loses no object.
@@ -29,7 +23,7 @@ class NodeGrids(NamedTuple):
     Parameters
     ----------
     shape
-        P x 4 int64, see the columns.
+        P x 4 int64, see `Grid`.
     low, cell
         P x 3 float64: the corner of each node's grid, and the sizes of its voxels.
     table
@@ -38,7 +32,7 @@ class NodeGrids(NamedTuple):
     bits
         uint8: of a hash table, a bit for each voxel that is not empty, or of the shell.
     references
-        R x 3 int64, see the columns.
+        R x 3 int64, see `Reference`.
     held
         P int64: objects that each node has.
     counts
@@ -77,11 +71,11 @@ def node_grids(objects: Objects, bounds: np.ndarray, boxes: NodeBoxes, *, subdiv
     """
     nodes, side = len(boxes.grown), subdivisions + 2
     voxels, heads = side ** 3, entries or side ** 3
-    shape = np.zeros((nodes, 4), dtype=np.int64)
-    shape[:, SUBDIVISIONS], shape[:, ENTRIES] = subdivisions, entries
-    shape[:, TABLE] = np.arange(nodes) * heads
+    shape = np.zeros((nodes, len(Grid)), dtype=np.int64)
+    shape[:, Grid.SUBDIVISIONS], shape[:, Grid.ENTRIES] = subdivisions, entries
+    shape[:, Grid.TABLE] = np.arange(nodes) * heads
     bytes_of_bits = (voxels + 7) // 8 if entries else 0
-    shape[:, BITS] = np.arange(nodes) * bytes_of_bits
+    shape[:, Grid.BITS] = np.arange(nodes) * bytes_of_bits
     grids = NodeGrids(shape=shape, low=boxes.grown[:, 0].copy(),
                       cell=(boxes.grown[:, 1] - boxes.grown[:, 0]) / subdivisions,
                       table=np.full(nodes * heads, _NONE, dtype=np.int64),
@@ -106,8 +100,8 @@ def _assign(grids, references, objects, bounds):
     low, high = np.zeros(3), np.zeros(3)
     first, last = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
     for node in range(len(grids.shape)):
-        subdivisions, table, entries = (grids.shape[node, SUBDIVISIONS], grids.shape[node, TABLE],
-                                        grids.shape[node, ENTRIES])
+        subdivisions, table, entries = (grids.shape[node, Grid.SUBDIVISIONS], grids.shape[node, Grid.TABLE],
+                                        grids.shape[node, Grid.ENTRIES])
         side = subdivisions + 2
         _surround(grids, node)
         for number in range(len(bounds)):
@@ -139,7 +133,7 @@ def _assign(grids, references, objects, bounds):
                         head = table + (index & (entries - 1) if entries else index)
                         grids.counts[node, 0] += 1
                         if entries:
-                            at = grids.shape[node, BITS] + (index >> 3)
+                            at = grids.shape[node, Grid.BITS] + (index >> 3)
                             if not grids.bits[at] >> (index & 7) & 1:
                                 grids.counts[node, 2] += 1
                                 grids.bits[at] |= np.uint8(1 << (index & 7))
@@ -150,8 +144,8 @@ def _assign(grids, references, objects, bounds):
                                 grids.table[head] = shared
                                 continue
                         if used < len(references):
-                            references[used, OBJECT], references[used, TAG] = number, index
-                            references[used, NEXT] = grids.table[head]
+                            references[used, Reference.OBJECT], references[used, Reference.TAG] = number, index
+                            references[used, Reference.NEXT] = grids.table[head]
                             if not entries and grids.table[head] == _NONE:
                                 shared = used
                             grids.table[head] = used
@@ -163,7 +157,8 @@ def _assign(grids, references, objects, bounds):
 @compiled
 def _surround(grids, node):
     """Mark the shell: of an array by its face, of a hash table by the bit alone."""
-    side, table, entries = grids.shape[node, SUBDIVISIONS] + 2, grids.shape[node, TABLE], grids.shape[node, ENTRIES]
+    side = grids.shape[node, Grid.SUBDIVISIONS] + 2
+    table, entries = grids.shape[node, Grid.TABLE], grids.shape[node, Grid.ENTRIES]
     index = 0
     for x in range(side):
         for y in range(side):
@@ -177,7 +172,7 @@ def _surround(grids, node):
                     face = 4 if z else 5
                 if face != _NONE:
                     if entries:
-                        grids.bits[grids.shape[node, BITS] + (index >> 3)] |= np.uint8(1 << (index & 7))
+                        grids.bits[grids.shape[node, Grid.BITS] + (index >> 3)] |= np.uint8(1 << (index & 7))
                     else:
                         grids.table[table + index] = -2 - face
                 index += 1
@@ -204,13 +199,13 @@ def chain_search(grids: NodeGrids, node: int) -> tuple[float, float]:
     Formulas 4.2 and 4.3 of the source: sum n^2 / 2 F + 1/2 over chains of n entries, and 1 + rho / 2 at a load of rho.
     Voxels, of which the source speaks, have one entry each here, whatever their objects are.
     """
-    entries, start = grids.shape[node, ENTRIES], grids.shape[node, TABLE]
+    entries, start = grids.shape[node, Grid.ENTRIES], grids.shape[node, Grid.TABLE]
     lengths = np.zeros(entries)
     for slot in range(entries):
         seen, at = set(), grids.table[start + slot]
         while at != _NONE:
-            seen.add(int(grids.references[at, TAG]))
-            at = grids.references[at, NEXT]
+            seen.add(int(grids.references[at, Reference.TAG]))
+            at = grids.references[at, Reference.NEXT]
         lengths[slot] = len(seen)
     full = lengths.sum()
     if not full:

@@ -5,33 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.base.compiled import compiled
+from radiosity.machines.torus.columns import Child, Ray
 from radiosity.machines.torus.torus_scene import AMBIENT, DIFFUSE, INDEX, MIRROR, TRANSPARENT, Objects
 
-__all__ = [
-    "CHILD_COLUMNS",
-    "COLOUR",
-    "CONTRIBUTION",
-    "DIRECTION",
-    "ENTRY",
-    "IS_SHADOW",
-    "LEVEL",
-    "LIMIT",
-    "MEDIUM",
-    "ORIGIN",
-    "RAY_COLUMNS",
-    "Spawned",
-    "light_distance",
-    "shade",
-    "spawned",
-]
-
-DIRECTION, ORIGIN, COLOUR, CONTRIBUTION, ENTRY, LIMIT = 0, 3, 6, 9, 12, 13
-RAY_COLUMNS = 14
-"""Columns of a ray's numbers. A shadow ray's limit is the distance of its light."""
-
-LEVEL, MEDIUM, IS_SHADOW = range(3)
-CHILD_COLUMNS = 3
-"""Columns of a child's integers. The medium is an object, or -1 for air."""
+__all__ = ["Spawned", "light_distance", "shade", "spawned"]
 
 _AIR = -1
 
@@ -42,7 +19,7 @@ class Spawned(NamedTuple):
     Parameters
     ----------
     rays, numbers
-        Floats and integers of each child.
+        Of each child, see `Ray` and `Child`.
     colour
         3 float64: what returns to the host.
     """
@@ -54,8 +31,7 @@ class Spawned(NamedTuple):
 
 def spawned(lights: int) -> Spawned:
     """Capacity for the children of any hit: a shadow ray for each light, a mirrored and a refracted ray."""
-    return Spawned(np.zeros((lights + 2, RAY_COLUMNS)), np.zeros((lights + 2, CHILD_COLUMNS), dtype=np.int64),
-                   np.zeros(3))
+    return Spawned(np.zeros((lights + 2, Ray.END)), np.zeros((lights + 2, len(Child)), dtype=np.int64), np.zeros(3))
 
 
 @compiled
@@ -107,11 +83,11 @@ def shade(objects: Objects, ray: np.ndarray, level: int, medium: int, number: in
     Source: Pearce 1987, section 3.4. It has no formulas of shading, and no least contribution.
     """
     normal, point, toward = np.zeros(3), np.zeros(3), np.zeros(3)
-    direction = ray[DIRECTION:DIRECTION + 3]
+    direction = ray[Ray.DIRECTION:Ray.DIRECTION + 3]
     values, is_sphere = objects.coefficients[number], objects.counts[number] == 0
     slope = 0.0
     for axis in range(3):
-        point[axis] = ray[ORIGIN + axis] + distance * direction[axis]
+        point[axis] = ray[Ray.ORIGIN + axis] + distance * direction[axis]
         if is_sphere:
             normal[axis] = (point[axis] - objects.corners[number, 0, axis]) / objects.corners[number, 1, 0]
         else:
@@ -122,14 +98,14 @@ def shade(objects: Objects, ray: np.ndarray, level: int, medium: int, number: in
         for axis in range(3):
             normal[axis] = -normal[axis]
     for channel in range(3):
-        ray[COLOUR + channel] += ray[CONTRIBUTION + channel] * values[AMBIENT + channel]
+        ray[Ray.COLOUR + channel] += ray[Ray.CONTRIBUTION + channel] * values[AMBIENT + channel]
     children = _light(objects, ray, point, normal, level, medium, number, has_shadows, out)
-    has_colour = ray[COLOUR] != 0 or ray[COLOUR + 1] != 0 or ray[COLOUR + 2] != 0
+    has_colour = ray[Ray.COLOUR] != 0 or ray[Ray.COLOUR + 1] != 0 or ray[Ray.COLOUR + 2] != 0
     for kind in (MIRROR, TRANSPARENT):
         child, most = out.rays[children], 0.0
         for channel in range(3):
-            child[CONTRIBUTION + channel] = ray[CONTRIBUTION + channel] * values[kind + channel]
-            most = max(most, child[CONTRIBUTION + channel])
+            child[Ray.CONTRIBUTION + channel] = ray[Ray.CONTRIBUTION + channel] * values[kind + channel]
+            most = max(most, child[Ray.CONTRIBUTION + channel])
         if level + 1 > deepest or not most > least:
             continue
         beyond = medium
@@ -148,15 +124,15 @@ def shade(objects: Objects, ray: np.ndarray, level: int, medium: int, number: in
             for axis in range(3):
                 toward[axis] = ratio * direction[axis] + turn * normal[axis]
         _start(child, point, toward)
-        child[LIMIT] = np.inf
+        child[Ray.LIMIT] = np.inf
         for channel in range(3):
-            child[COLOUR + channel] = ray[COLOUR + channel] if has_colour else 0.0
+            child[Ray.COLOUR + channel] = ray[Ray.COLOUR + channel] if has_colour else 0.0
         has_colour = False
-        out.numbers[children, LEVEL], out.numbers[children, MEDIUM] = level + 1, beyond
-        out.numbers[children, IS_SHADOW] = 0
+        out.numbers[children, Child.LEVEL], out.numbers[children, Child.MEDIUM] = level + 1, beyond
+        out.numbers[children, Child.IS_SHADOW] = 0
         children += 1
     for channel in range(3):
-        out.colour[channel] = ray[COLOUR + channel] if has_colour else 0.0
+        out.colour[channel] = ray[Ray.COLOUR + channel] if has_colour else 0.0
     return children
 
 
@@ -177,20 +153,20 @@ def _light(objects, ray, point, normal, level, medium, number, has_shadows, out)
             continue
         child, brightest = out.rays[children], 0.0
         for channel in range(3):
-            term = (ray[CONTRIBUTION + channel] * values[DIFFUSE + channel] * cosine
+            term = (ray[Ray.CONTRIBUTION + channel] * values[DIFFUSE + channel] * cosine
                     * objects.lights[light, 4 + channel])
             if has_shadows:
-                child[COLOUR + channel] = term
+                child[Ray.COLOUR + channel] = term
                 brightest = max(brightest, term)
             else:
-                ray[COLOUR + channel] += term
+                ray[Ray.COLOUR + channel] += term
         if brightest > 0:
             _start(child, point, toward)
-            child[LIMIT] = far
+            child[Ray.LIMIT] = far
             for channel in range(3):
-                child[CONTRIBUTION + channel] = 0.0
-            out.numbers[children, LEVEL], out.numbers[children, MEDIUM] = level + 1, medium
-            out.numbers[children, IS_SHADOW] = 1
+                child[Ray.CONTRIBUTION + channel] = 0.0
+            out.numbers[children, Child.LEVEL], out.numbers[children, Child.MEDIUM] = level + 1, medium
+            out.numbers[children, Child.IS_SHADOW] = 1
             children += 1
     return children
 
@@ -203,6 +179,6 @@ def _start(child, point, direction):
         square += direction[axis] * direction[axis]
     length = np.sqrt(square)
     for axis in range(3):
-        child[ORIGIN + axis] = point[axis]
-        child[DIRECTION + axis] = direction[axis] / length
-    child[ENTRY] = 0.0
+        child[Ray.ORIGIN + axis] = point[axis]
+        child[Ray.DIRECTION + axis] = direction[axis] / length
+    child[Ray.ENTRY] = 0.0

@@ -10,31 +10,12 @@ Source: Pearce 1987, chapter 3, algorithm 3-2; in the figure, marks of statement
 import numpy as np
 
 from golden.base.compiled import compiled
+from radiosity.machines.torus.columns import Node, Packet
 
-__all__ = [
-    "CLIPPING",
-    "END",
-    "FLUSHPIX",
-    "HAS_PACKET",
-    "IS_INACTIVE",
-    "LAST_BUSY",
-    "PHASE",
-    "PHASES",
-    "RAYTRACE",
-    "STATE",
-    "enter_phase",
-    "receive_packet",
-    "release_packet",
-]
+__all__ = ["CLIPPING", "END", "FLUSHPIX", "PHASES", "RAYTRACE", "enter_phase", "receive_packet", "release_packet"]
 
 CLIPPING, RAYTRACE, FLUSHPIX, END = range(4)
 PHASES = ("clipping", "ray-trace", "flush", "end")
-
-STATE, LAST_BUSY = range(2)
-"""Numbers of the packet."""
-
-PHASE, IS_INACTIVE, HAS_PACKET = range(3)
-"""Columns of a node: its phase, whether it has done no work since the packet's last visit, whether it has it."""
 
 
 @compiled
@@ -44,36 +25,36 @@ def receive_packet(packet: np.ndarray, nodes: np.ndarray, node: int, is_idle: bo
     Parameters
     ----------
     packet
-        2 int64, see the numbers.
+        2 int64, see `Packet`.
     nodes
-        P rows of int64, which begin with the columns of a node.
+        P rows of int64, see `Node`.
     node
         Who receives.
     is_idle
         Whether it is idle now.
     """
     state = nodes[node]
-    if state[IS_INACTIVE] and is_idle:
-        if packet[LAST_BUSY] == node:
-            packet[STATE] += 1
-        if state[PHASE] != packet[STATE]:
-            packet[LAST_BUSY] = node
-        state[PHASE] = packet[STATE]
-        state[HAS_PACKET] = 0
+    if state[Node.IS_INACTIVE] and is_idle:
+        if packet[Packet.LAST_BUSY] == node:
+            packet[Packet.STATE] += 1
+        if state[Node.PHASE] != packet[Packet.STATE]:
+            packet[Packet.LAST_BUSY] = node
+        state[Node.PHASE] = packet[Packet.STATE]
+        state[Node.HAS_PACKET] = 0
     else:
-        packet[LAST_BUSY] = node
-        enter_phase(nodes, node, packet[STATE])
-        state[IS_INACTIVE] = state[HAS_PACKET] = 1
+        packet[Packet.LAST_BUSY] = node
+        enter_phase(nodes, node, packet[Packet.STATE])
+        state[Node.IS_INACTIVE] = state[Node.HAS_PACKET] = 1
 
 
 @compiled
 def release_packet(packet: np.ndarray, nodes: np.ndarray, node: int) -> None:
     """A node that has kept the packet is idle: it signs and is to send it on."""
-    packet[LAST_BUSY] = node
-    nodes[node, IS_INACTIVE], nodes[node, HAS_PACKET] = 1, 0
+    packet[Packet.LAST_BUSY] = node
+    nodes[node, Node.IS_INACTIVE], nodes[node, Node.HAS_PACKET] = 1, 0
 
 
 @compiled
 def enter_phase(nodes: np.ndarray, node: int, phase: int) -> None:
     """A node has seen a later phase, by the packet or by a message that only a node in that phase sends."""
-    nodes[node, PHASE] = max(nodes[node, PHASE], phase)
+    nodes[node, Node.PHASE] = max(nodes[node, Node.PHASE], phase)

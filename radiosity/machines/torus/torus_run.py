@@ -1,14 +1,15 @@
 """Torus run: a picture of a scene, made by the simulated nodes of a torus."""
 
-import hashlib
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from golden.base.errors import InputError, check_int
+from radiosity.machines.common.content_hash import content_hash
 from radiosity.machines.common.event_heap import event_heap
+from radiosity.machines.common.nodes import MOST_NODES, spread_over_nodes
 from radiosity.machines.torus import torus_state as ts
-from radiosity.machines.torus.grid_walk import CHAINED, POLYGON_TESTS, SPHERE_TESTS, STEPS, WALK_COUNTS
+from radiosity.machines.torus.columns import Count, Item, Link, Node, Tally, Walk
 from radiosity.machines.torus.node_boxes import GROWTHS, NodeBoxes, node_boxes
 from radiosity.machines.torus.node_grids import NodeGrids, node_grids
 from radiosity.machines.torus.ray_shading import spawned
@@ -20,7 +21,7 @@ from radiosity.machines.torus.torus_turns import DONE, FULL, SCALE, Machine, run
 __all__ = ["STORAGES", "TorusRun", "TorusSetup", "simulate_torus"]
 
 STORAGES = ("array", "hash")
-_MOST_NODES, _DELAYS, _LOG_COLUMNS = 1024, 4096, 6
+_DELAYS, _LOG_COLUMNS = 4096, 6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +80,7 @@ class TorusSetup:
 
     def __post_init__(self):
         for label, value, least, most in (
-                ("Nodes", self.nodes, 1, _MOST_NODES), ("Rows", self.size[0], 1, 1 << 14),
+                ("Nodes", self.nodes, 1, MOST_NODES), ("Rows", self.size[0], 1, 1 << 14),
                 ("Columns", self.size[1], 1, 1 << 14), ("Subdivisions", self.subdivisions, 1, 128),
                 ("Entries", self.entries, 1, 1 << 20), ("Level", self.deepest, 0, 64),
                 ("Buffer", self.buffer, 340, 1 << 30), ("Delay", self.delay, 0, 10 ** 9),
@@ -88,7 +89,7 @@ class TorusSetup:
             if not least <= value <= most:
                 raise InputError(f"torus: {label} must be {least} to {most}, not {value!r}", parameter=label)
         if self.side ** 2 != self.nodes:
-            raise InputError(f"torus: Nodes must be a square number up to {_MOST_NODES}, not {self.nodes!r}",
+            raise InputError(f"torus: Nodes must be a square number up to {MOST_NODES}, not {self.nodes!r}",
                              parameter="nodes")
         if self.entries & (self.entries - 1):
             raise InputError(f"torus: Entries must be a power of two, not {self.entries!r}")
@@ -143,46 +144,43 @@ class TorusRun:
     @property
     def tracing(self) -> np.ndarray:
         """P int64: us in which each node was busy in the phase of tracing, as the source's times of nodes."""
-        return self.state.tallies[:, ts.BUSY + RAYTRACE]
+        return self.state.busy[:, RAYTRACE]
 
     def walked(self, *columns: int) -> int:
-        """Sum over all nodes of counts of walks, see `radiosity.machines.torus.grid_walk`."""
-        return int(sum(self.state.tallies[:, ts.WALKED + column].sum() for column in columns))
+        """Sum over all nodes of counts of walks, see `Walk`."""
+        return int(self.state.walked[:, columns].sum())
 
     @property
     def rays(self) -> int:
         """Rays of all kinds."""
-        return int(self.state.tallies[:, ts.MADE].sum())
+        return int(self.state.tallies[:, Tally.MADE].sum())
 
     @property
     def tests(self) -> float:
         """Tests of objects for each ray."""
-        return self.walked(SPHERE_TESTS, POLYGON_TESTS) / self.rays
+        return self.walked(Walk.SPHERE_TESTS, Walk.POLYGON_TESTS) / self.rays
 
     def report(self) -> dict:
         """Times, traffic, memory and a hash of the picture, ready for JSON."""
         tallies, setup, busy = self.state.tallies, self.setup, self.tracing
-        links = self.state.links[:, ts.LINK_MESSAGES]
-        visits = tallies[:, ts.VISITS:ts.VISITS + len(PHASES)]
+        links = self.state.links[:, Link.MESSAGES]
         return {
             "scene": self.scene.name, "objects": len(self.scene), "lights": len(self.scene.lights),
             "nodes": setup.nodes, "rows": setup.size[0], "columns": setup.size[1],
             "subdivisions": setup.subdivisions, "storage": setup.storage, "growth": setup.growth,
-            "growth_by": setup.growth_by, "rays": self.rays, "shadow_rays": int(tallies[:, ts.SHADOWS_MADE].sum()),
+            "growth_by": setup.growth_by, "rays": self.rays, "shadow_rays": int(tallies[:, Tally.SHADOWS_MADE].sum()),
             "seconds": self.time / 1e6, "busiest_seconds": int(busy.max()) / 1e6,
             "efficiency": int(busy.sum()) / (setup.nodes * self.time) if self.time else 1.0,
-            "per_ray": {"tests": self.tests, "steps": self.walked(STEPS) / self.rays,
-                        "compared": self.walked(CHAINED) / self.rays},
-            "traffic": {"passed": int(tallies[:, ts.PASSED].sum()), "packets": int(tallies[:, ts.PACKETS].sum()),
-                        "values": int(tallies[:, ts.VALUES].sum()), "messages": int(links.sum()),
-                        "busiest_link": int(links.max()), "rows_given": int(tallies[:, ts.GIVEN].sum())},
-            "visits": {name: int(most) for name, most in zip(PHASES, visits.max(axis=0), strict=True)},
-            "of_a_node": {name: {"least": int(counts.min()), "mean": float(counts.mean()), "most": int(counts.max())}
-                          for name, counts in (
-                              ("milliseconds", busy // 1000), ("walks", tallies[:, ts.TRACED]),
-                              ("passed", tallies[:, ts.PASSED]), ("objects", self.grids.held),
-                              ("references", self.grids.counts[:, 0]), ("held_rays", tallies[:, ts.MOST_HELD]))},
-            "picture": hashlib.sha256(np.ascontiguousarray(self.sums).tobytes()).hexdigest()}
+            "per_ray": {"tests": self.tests, "steps": self.walked(Walk.STEPS) / self.rays,
+                        "compared": self.walked(Walk.CHAINED) / self.rays},
+            "traffic": {"passed": int(tallies[:, Tally.PASSED].sum()), "packets": int(tallies[:, Tally.PACKETS].sum()),
+                        "values": int(tallies[:, Tally.VALUES].sum()), "messages": int(links.sum()),
+                        "busiest_link": int(links.max()), "rows_given": int(tallies[:, Tally.GIVEN].sum())},
+            "visits": {name: int(most) for name, most in zip(PHASES, self.state.visits.max(axis=0), strict=True)},
+            "of_a_node": spread_over_nodes(
+                milliseconds=busy // 1000, walks=tallies[:, Tally.TRACED], passed=tallies[:, Tally.PASSED],
+                objects=self.grids.held, references=self.grids.counts[:, 0], held_rays=tallies[:, Tally.MOST_HELD]),
+            "picture": content_hash(self.sums)}
 
 
 def spiral_order(boxes: NodeBoxes, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
@@ -229,22 +227,23 @@ def simulate_torus(scene: TorusScene, setup: TorusSetup, *, log: int = 0) -> Tor
     grids = node_grids(objects, bounds, boxes, subdivisions=setup.subdivisions, entries=setup.entries * is_hash)
     order, starts = spiral_order(boxes, setup.size)
     timing = setup.timing
-    aspect = setup.size[1] / setup.size[0]
-    ints = [setup.side, *setup.size, setup.deepest, setup.has_shadows, setup.is_stealing, setup.buffer,
-            *((timing.hash_setup, timing.hash_step) if is_hash else (timing.array_setup, timing.array_step)),
-            timing.sphere_test, timing.polygon_test, timing.sphere_hit, timing.polygon_hit, timing.rest, timing.call]
+    walking = [timing.hash_step if is_hash else timing.array_step, timing.sphere_test, timing.polygon_test,
+               timing.sphere_hit, timing.polygon_hit]
     delays = np.random.default_rng(setup.seed).integers(0, setup.delay + 1, _DELAYS)
     machine = Machine(
-        ints=np.array(ints, dtype=np.int64),
-        floats=np.array([setup.least, aspect * scene.slope, scene.slope, boxes.front]), grids=grids, objects=objects,
-        bounds=bounds, grown=boxes.grown, rows=boxes.rows, columns=boxes.columns, order=order, delays=delays,
-        mail=np.zeros(len(scene), dtype=np.int64), walked=np.zeros(WALK_COUNTS, dtype=np.int64),
+        side=setup.side, size=setup.size, deepest=setup.deepest, least=float(setup.least),
+        has_shadows=setup.has_shadows, steals=setup.is_stealing, buffer=setup.buffer,
+        setup=timing.hash_setup if is_hash else timing.array_setup, walking=np.array(walking, dtype=np.int64),
+        rest=timing.rest, call=timing.call, slopes=(setup.size[1] / setup.size[0] * scene.slope, scene.slope),
+        front=float(boxes.front), grids=grids, objects=objects, bounds=bounds, grown=boxes.grown,
+        rows=boxes.rows, columns=boxes.columns, order=order, delays=delays,
+        mail=np.zeros(len(scene), dtype=np.int64), walked=np.zeros(len(Walk), dtype=np.int64),
         out=spawned(len(scene.lights)), log=np.zeros((log, _LOG_COLUMNS), dtype=np.int64))
     state = ts.torus_state(setup.side, setup.size, starts, items=4096 + len(scene))
     for number in range(len(scene)):
         item = ts.new_item(state, ts.OBJECT)
-        state.items[item, ts.PIXEL] = number
-        ts.append(state, 0, ts.OBJECTS, item)
+        state.items[item, Item.PIXEL] = number
+        ts.append(state, 0, Node.OBJECTS, item)
     # A turn or a message of each node, and what fits the buffer of each link.
     heap = event_heap(setup.nodes * (4 + 4 * (setup.buffer // ts.LEAST_BYTES + 1)))
     start_turns(heap, machine, state)
@@ -255,8 +254,8 @@ def simulate_torus(scene: TorusScene, setup: TorusSetup, *, log: int = 0) -> Tor
         state = ts.enlarged(state)
     if ended == DONE:
         return TorusRun(scene=scene, setup=setup, boxes=boxes, grids=grids, state=state, time=int(time),
-                        log=machine.log[:state.counts[ts.LOGGED]])
-    if state.counts[ts.LIVE] and (state.nodes[:, ts.BLOCKED_LINK] != ts.NONE).any():
+                        log=machine.log[:state.counts[Count.LOGGED]])
+    if state.counts[Count.LIVE] and (state.nodes[:, Node.BLOCKED_LINK] != ts.NONE).any():
         raise InputError(f"torus: Buffer must be larger than {setup.buffer} bytes: the nodes are in a deadlock",
                          parameter="buffer")
     raise RuntimeError("The state packet must begin no phase while there is work")

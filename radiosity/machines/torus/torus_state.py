@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.base.compiled import compiled
-from radiosity.machines.torus.ray_shading import RAY_COLUMNS
-from radiosity.machines.torus.state_packet import CLIPPING, HAS_PACKET, PHASE, PHASES
+from radiosity.machines.torus.columns import Count, Item, Link, Node, Ray, Tally, Walk
+from radiosity.machines.torus.state_packet import CLIPPING, PHASES
 from radiosity.machines.torus.torus_links import LINKS
 
 __all__ = ["TorusState", "append", "dequeue", "drop_item", "enlarged", "message_bytes", "new_item", "push_first",
@@ -16,32 +16,6 @@ NONE = -1
 
 RAY, SHADOW, PIXELS, TOKEN, OBJECT, REQUEST, GRANT = range(7)
 """Kinds of messages."""
-
-NEXT_ITEM, KIND, PIXEL, LEVEL_OF, MEDIUM_OF, HOPS, VIA, TARGET, COLUMN = range(9)
-"""Columns of an item, a ray or message: the item behind it, its kind, its pixel, object, packet or row; of a ray its
-ancestors, medium and hand-overs; the link that it leaves by; its destination or end column; its first column."""
-
-(RAYS, SHADOWS, OBJECTS, _OBJECTS_LAST, OUT, _OUT_LAST, SLEEPS, BLOCKED_LINK, PRIMARY, PRIMARY_END, REQUESTED,
- HELD) = range(HAS_PACKET + 1, HAS_PACKET + 13)
-NODE_COLUMNS = HAS_PACKET + 13
-"""Columns of a node behind those of the state packet. A queue's last item is in the column behind its first."""
-
-FIRST, LAST, ARRIVED, USED, LATEST, LINK_MESSAGES = range(6)
-"""Columns of a link, one each way: its messages, those that have arrived, bytes in its buffer, the last arrival, and
-all messages."""
-
-(PRIMARIES, MADE, SHADOWS_MADE, TRACED, PASSED, PACKETS, VALUES, GIVEN, CALLS, MOST_HELD, DOWNLOADED) = range(11)
-VISITS = 11
-BUSY = VISITS + len(PHASES)
-WALKED = BUSY + len(PHASES)
-TALLIES = WALKED + 6
-"""Columns of a node's tallies: primary rays; rays and shadow rays made; walks; hand-overs; packets and values sent;
-rows given away; calls; most rays held; objects downloaded; from these columns on visits of the packet, busy us of
-phases, counts of walks."""
-
-LIVE, FREE_ITEMS, FREE_PACKETS, WALKS, SENT, LOGGED, ENDED = range(7)
-"""Counts: messages, rays and objects in the machine but for the state packet; free items and packets; walks; messages;
-walks in the log; nodes at the end."""
 
 VALUES_OF_PACKET = 21
 """Values of a full packet of pixels; the row behind them begins with their number."""
@@ -61,15 +35,15 @@ class TorusState(NamedTuple):
     Parameters
     ----------
     nodes
-        P x `NODE_COLUMNS` int64.
+        P rows of int64, see `Node`.
     grants
         P x 4 x 3 int64: row, next column and end of the pixels that each neighbour has given.
     links
-        4 P x 6 int64; link 4 n + l leaves node n.
+        4 P rows of int64, see `Link`; link 4 n + l leaves node n.
     turns
         P int64: packets that each node has sent towards node 0.
     items, rays
-        Q x 9 int64 and Q x 14 float64: rays and messages.
+        Q rows of int64 and of float64, see `Item` and `Ray`: rays and messages.
     free
         Q int64: numbers of items that are free.
     packets, free_packets
@@ -80,11 +54,11 @@ class TorusState(NamedTuple):
     picture
         R x C x 3 int64: sums of values.
     packet
-        2 int64: the state packet.
-    tallies
-        P x `TALLIES` int64.
+        2 int64, see `Packet`: the state packet.
+    tallies, visits, busy, walked
+        P rows of int64: see `Tally`; visits of the packet and busy us by phase; counts of walks, see `Walk`.
     counts
-        7 int64, see the columns.
+        int64 by `Count`.
     """
 
     nodes: np.ndarray
@@ -100,19 +74,22 @@ class TorusState(NamedTuple):
     picture: np.ndarray
     packet: np.ndarray
     tallies: np.ndarray
+    visits: np.ndarray
+    busy: np.ndarray
+    walked: np.ndarray
     counts: np.ndarray
 
 
 @compiled
 def message_bytes(state: TorusState, item: int) -> int:
     """Bytes of a message in a link's buffer."""
-    kind = state.items[item, KIND]
+    kind = state.items[item, Item.KIND]
     if kind == RAY:
         return _RAY_BYTES
     if kind == SHADOW:
         return _SHADOW_BYTES
     if kind == PIXELS:
-        return _HEADER_BYTES + _VALUE_BYTES * state.packets[state.items[item, PIXEL], VALUES_OF_PACKET, 0]
+        return _HEADER_BYTES + _VALUE_BYTES * state.packets[state.items[item, Item.PIXEL], VALUES_OF_PACKET, 0]
     if kind == TOKEN:
         return _TOKEN_BYTES
     if kind == OBJECT:
@@ -123,38 +100,38 @@ def message_bytes(state: TorusState, item: int) -> int:
 @compiled
 def new_item(state: TorusState, kind: int) -> int:
     """A new ray or message."""
-    state.counts[FREE_ITEMS] -= 1
-    item = state.free[state.counts[FREE_ITEMS]]
+    state.counts[Count.FREE_ITEMS] -= 1
+    item = state.free[state.counts[Count.FREE_ITEMS]]
     for column in range(state.items.shape[1]):
         state.items[item, column] = 0
-    state.items[item, NEXT_ITEM], state.items[item, KIND] = NONE, kind
-    state.counts[LIVE] += kind != TOKEN
+    state.items[item, Item.NEXT], state.items[item, Item.KIND] = NONE, kind
+    state.counts[Count.LIVE] += kind != TOKEN
     return item
 
 
 @compiled
 def drop_item(state: TorusState, item: int) -> None:
     """A ray or message ends."""
-    state.counts[LIVE] -= state.items[item, KIND] != TOKEN
-    state.free[state.counts[FREE_ITEMS]] = item
-    state.counts[FREE_ITEMS] += 1
+    state.counts[Count.LIVE] -= state.items[item, Item.KIND] != TOKEN
+    state.free[state.counts[Count.FREE_ITEMS]] = item
+    state.counts[Count.FREE_ITEMS] += 1
 
 
 @compiled
 def push_first(state: TorusState, node: int, queue: int, item: int) -> None:
     """A ray is the next one of a node's queue."""
-    state.items[item, NEXT_ITEM] = state.nodes[node, queue]
+    state.items[item, Item.NEXT] = state.nodes[node, queue]
     state.nodes[node, queue] = item
-    state.nodes[node, HELD] += 1
-    state.tallies[node, MOST_HELD] = max(state.tallies[node, MOST_HELD], state.nodes[node, HELD])
+    state.nodes[node, Node.HELD] += 1
+    state.tallies[node, Tally.MOST_HELD] = max(state.tallies[node, Tally.MOST_HELD], state.nodes[node, Node.HELD])
 
 
 @compiled
 def take_first(state: TorusState, node: int, queue: int) -> int:
     """The next ray leaves a node's queue."""
     item = state.nodes[node, queue]
-    state.nodes[node, queue] = state.items[item, NEXT_ITEM]
-    state.nodes[node, HELD] -= 1
+    state.nodes[node, queue] = state.items[item, Item.NEXT]
+    state.nodes[node, Node.HELD] -= 1
     return item
 
 
@@ -162,11 +139,11 @@ def take_first(state: TorusState, node: int, queue: int) -> int:
 def append(state: TorusState, node: int, queue: int, item: int) -> None:
     """An item is the last one of a node's queue of objects or of messages."""
     row = state.nodes[node]
-    state.items[item, NEXT_ITEM] = NONE
+    state.items[item, Item.NEXT] = NONE
     if row[queue] == NONE:
         row[queue] = item
     else:
-        state.items[row[queue + 1], NEXT_ITEM] = item
+        state.items[row[queue + 1], Item.NEXT] = item
     row[queue + 1] = item
 
 
@@ -174,22 +151,22 @@ def append(state: TorusState, node: int, queue: int, item: int) -> None:
 def dequeue(state: TorusState, node: int, queue: int) -> int:
     """The first item of such a queue leaves it."""
     item = state.nodes[node, queue]
-    state.nodes[node, queue] = state.items[item, NEXT_ITEM]
+    state.nodes[node, queue] = state.items[item, Item.NEXT]
     return item
 
 
 @compiled
 def put_out(state: TorusState, node: int, link: int, item: int) -> None:
     """A node is to send a message on a link, after those before it."""
-    state.items[item, VIA] = link
-    append(state, node, OUT, item)
+    state.items[item, Item.VIA] = link
+    append(state, node, Node.OUT, item)
 
 
 @compiled
 def wake_event(state: TorusState, node: int) -> bool:
     """Whether a node slept, so that a turn of it is to be scheduled."""
-    if state.nodes[node, SLEEPS]:
-        state.nodes[node, SLEEPS] = 0
+    if state.nodes[node, Node.SLEEPS]:
+        state.nodes[node, Node.SLEEPS] = 0
         return True
     return False
 
@@ -209,23 +186,25 @@ def torus_state(side: int, size: tuple[int, int], bounds: np.ndarray, *, items: 
         Capacity for rays and messages.
     """
     count = side * side
-    nodes = np.zeros((count, NODE_COLUMNS), dtype=np.int64)
-    nodes[:, [RAYS, SHADOWS, OBJECTS, OUT, BLOCKED_LINK]] = NONE
-    nodes[:, PHASE], nodes[:, PRIMARY], nodes[:, PRIMARY_END], nodes[:, SLEEPS] = CLIPPING, bounds[:-1], bounds[1:], 1
-    links = np.zeros((LINKS * count, 6), dtype=np.int64)
-    links[:, [FIRST, LAST]] = NONE
+    nodes = np.zeros((count, len(Node)), dtype=np.int64)
+    nodes[:, [Node.RAYS, Node.SHADOWS, Node.OBJECTS, Node.OUT, Node.BLOCKED_LINK]] = NONE
+    nodes[:, Node.PHASE], nodes[:, Node.SLEEPS] = CLIPPING, 1
+    nodes[:, Node.PRIMARY], nodes[:, Node.PRIMARY_END] = bounds[:-1], bounds[1:]
+    links = np.zeros((LINKS * count, len(Link)), dtype=np.int64)
+    links[:, [Link.FIRST, Link.LAST]] = NONE
     packets = 2 * count + 64
-    counts = np.zeros(7, dtype=np.int64)
-    counts[FREE_ITEMS], counts[FREE_PACKETS] = items, packets - count
+    counts = np.zeros(len(Count), dtype=np.int64)
+    counts[Count.FREE_ITEMS], counts[Count.FREE_PACKETS] = items, packets - count
     return TorusState(
         nodes=nodes, grants=np.zeros((count, LINKS, 3), dtype=np.int64), links=links,
-        turns=np.zeros(count, dtype=np.int64), items=np.zeros((items, 9), dtype=np.int64),
-        rays=np.zeros((items, RAY_COLUMNS)), free=np.arange(items),
+        turns=np.zeros(count, dtype=np.int64), items=np.zeros((items, len(Item)), dtype=np.int64),
+        rays=np.zeros((items, Ray.END)), free=np.arange(items),
         packets=np.zeros((packets, VALUES_OF_PACKET + 1, 4), dtype=np.int64),
         free_packets=np.append(np.arange(count, packets), np.zeros(count, dtype=np.int64)),
         is_started=np.zeros(size, dtype=np.bool_), picture=np.zeros((*size, 3), dtype=np.int64),
-        packet=np.array([CLIPPING, NONE], dtype=np.int64), tallies=np.zeros((count, TALLIES), dtype=np.int64),
-        counts=counts)
+        packet=np.array([CLIPPING, NONE], dtype=np.int64), counts=counts,
+        **{name: np.zeros((count, columns), dtype=np.int64) for name, columns in (
+            ("tallies", len(Tally)), ("visits", len(PHASES)), ("busy", len(PHASES)), ("walked", len(Walk)))})
 
 
 def enlarged(state: TorusState) -> TorusState:
@@ -237,9 +216,9 @@ def enlarged(state: TorusState) -> TorusState:
         return np.concatenate([array, np.zeros_like(array)])
 
     free, free_packets = twice(state.free), twice(state.free_packets)
-    free[counts[FREE_ITEMS]:counts[FREE_ITEMS] + items] = np.arange(items, 2 * items)
-    free_packets[counts[FREE_PACKETS]:counts[FREE_PACKETS] + packets] = np.arange(packets, 2 * packets)
-    counts[FREE_ITEMS] += items
-    counts[FREE_PACKETS] += packets
+    free[counts[Count.FREE_ITEMS]:counts[Count.FREE_ITEMS] + items] = np.arange(items, 2 * items)
+    free_packets[counts[Count.FREE_PACKETS]:counts[Count.FREE_PACKETS] + packets] = np.arange(packets, 2 * packets)
+    counts[Count.FREE_ITEMS] += items
+    counts[Count.FREE_PACKETS] += packets
     return state._replace(items=twice(state.items), rays=twice(state.rays), free=free, packets=twice(state.packets),
                           free_packets=free_packets)

@@ -7,6 +7,7 @@ import pkgutil
 import re
 import subprocess
 import sys
+from collections import namedtuple
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from threading import Event
@@ -306,6 +307,17 @@ def test_sets_and_arrays_count_by_their_values():
     assert digest == kernel_digest(kernel)
     kernel.__defaults__[0][1] = 5
     assert kernel_digest(kernel) != digest
+
+
+def test_entries_of_a_tuple_count_by_their_names(monkeypatch):
+    def kernel(row):
+        return row[_VALUE.FIRST]
+
+    digests = set()
+    for names in ("FIRST LAST", "LAST FIRST"):
+        monkeypatch.setitem(kernel.__globals__, "_VALUE", namedtuple("Columns", names)(0, 1))
+        digests.add(kernel_digest(kernel))
+    assert len(digests) == 2
 
 
 def test_what_functions_within_a_kernel_read_counts(monkeypatch):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from radiosity.machines.koan.page_run import Items, run_items
-from radiosity.machines.koan.page_state import COUNTS, References, page_state
+from radiosity.machines.koan.page_state import References, page_state
 from radiosity.machines.koan.page_timing import PageTiming
 
 __all__ = ["QUICK", "drawn_run", "run_programs"]
@@ -33,9 +33,9 @@ def run_programs(programs, *, pages, frames=4, timing=QUICK, is_shared=False, wo
                   np.full(len(flat), timing.access), np.cumsum([0, *map(len, programs)]))
     times = run_items(state, items, references, np.zeros(nodes) if start is None else np.array(start),
                       is_shared=is_shared)
-    assert state.times[-1] <= len(state.log)
-    return SimpleNamespace(state=state, times=times, references=references, log=state.log[:state.times[-1]].tolist(),
-                           counts={name: state.counts[:, column] for column, name in enumerate(COUNTS)},
+    assert state.logged[0] <= len(state.log)
+    return SimpleNamespace(state=state, times=times, references=references, log=state.log[:state.logged[0]].tolist(),
+                           counts=state.counted,
                            is_write=writes, page=page, word=word)
 
 

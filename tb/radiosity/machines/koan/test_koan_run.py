@@ -43,7 +43,7 @@ def test_one_node_has_all_pages_and_takes_the_time_alone():
     found = machine().run(nodes=1)
     assert found.time == found.work
     assert found.efficiency == 1
-    assert found.counts["faults"].sum() == found.state.cube.sent.sum() == 0
+    assert found.state.counted["faults"].sum() == found.state.cube.sent.sum() == 0
 
 
 def test_work_is_scaled_to_the_seconds_that_are_known():
@@ -52,15 +52,15 @@ def test_work_is_scaled_to_the_seconds_that_are_known():
 
 def test_each_node_fetches_a_page_of_another_home_once_if_all_fit():
     found = machine().run(nodes=4, page_bytes=1024, frames=4096, log=100_000)
-    log = found.state.log[:found.state.times[-1]]
-    assert len(log) == len(np.unique(log[:, 1:3], axis=0)) == found.counts["fetches"].sum()
-    assert found.counts["drops"].sum() == found.counts["invalidations"].sum() == 0
+    log = found.state.log[:found.state.logged[0]]
+    assert len(log) == len(np.unique(log[:, 1:3], axis=0)) == found.state.counted["fetches"].sum()
+    assert found.state.counted["drops"].sum() == found.state.counted["invalidations"].sum() == 0
     assert (log[:, 1] != log[:, 2] % 4).all()
 
 
 def test_a_smaller_cache_has_more_faults_and_takes_longer():
     runs = [machine().run(nodes=4, page_bytes=1024, frames=frames) for frames in (8, 32, 128, 512)]
-    counts = [one.counts["faults"].sum() for one in runs]
+    counts = [one.state.counted["faults"].sum() for one in runs]
     assert counts == sorted(counts, reverse=True)
     assert counts[0] > 4 * counts[-1]
     assert runs[0].time > runs[-1].time
@@ -87,7 +87,7 @@ def test_items_are_squares_that_cover_the_picture_once(schedule, side):
 
 
 def test_neighbouring_items_are_one_node_s_unless_they_are_scattered():
-    tiled, scattered = (machine().run(nodes=4, schedule=one, page_bytes=1024, frames=128).counts["faults"].sum()
+    tiled, scattered = (machine().run(nodes=4, schedule=one, page_bytes=1024, frames=128).state.counted["faults"].sum()
                         for one in ("mixed", "scattered"))
     assert scattered > 1.3 * tiled
 

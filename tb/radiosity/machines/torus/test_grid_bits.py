@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from radiosity.machines.torus.grid_walk import CHAINED, EXIT, WALK_COUNTS, walk
+from radiosity.machines.torus.columns import Walk
+from radiosity.machines.torus.grid_walk import EXIT, walk
 from radiosity.machines.torus.node_boxes import node_boxes
 from radiosity.machines.torus.node_grids import node_grids
 from radiosity.machines.torus.torus_run import TorusSetup
@@ -20,12 +21,12 @@ def test_a_chain_is_read_where_the_voxel_s_bit_is_set_alone():
     assert len(grids.references) > 1
     # Without bits of its own no voxel is full, but those of the shell.
     empty = node_grids(scene.objects, scene.bounds + 1e6, boxes, subdivisions=6, entries=1)
-    grids, counts = grids._replace(bits=empty.bits), np.zeros(WALK_COUNTS, dtype=np.int64)
+    grids, counts = grids._replace(bits=empty.bits), np.zeros(len(Walk), dtype=np.int64)
     origin, direction = grids.low[0] + 3.5 * grids.cell[0], np.array([1.0, 0.0, 0.0])
     ended = walk(grids, scene.objects, 0, origin, direction, 0.0, np.inf, np.zeros(1, dtype=np.int64), 1, counts)
     assert ended[:2] == (EXIT, 0)
     # The shell voxel at the end searches the chain, in vain.
-    assert counts[CHAINED] == len(grids.references)
+    assert counts[Walk.CHAINED] == len(grids.references)
 
 
 def test_smaller_boxes_have_finer_voxels():

@@ -5,15 +5,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from radiosity.machines.torus.columns import Walk
 from radiosity.machines.torus.grid_walk import (
     BLOCKED,
     EXIT,
     HIT,
-    POLYGON_TESTS,
     REACHED,
-    SPHERE_TESTS,
-    STEPS,
-    WALK_COUNTS,
     walk,
 )
 from radiosity.machines.torus.node_boxes import node_boxes
@@ -33,7 +30,7 @@ def prepared(scene, *, v, entries=0, growth=0.0):
 
 
 def walked(grids, objects, origin, direction, *, entry=0.0, limit=np.inf, mail=None, number=1):
-    counts = np.zeros(WALK_COUNTS, dtype=np.int64)
+    counts = np.zeros(len(Walk), dtype=np.int64)
     mail = np.zeros(len(objects.counts), dtype=np.int64) if mail is None else mail
     return (*walk(grids, objects, 0, origin, direction, entry, limit, mail, number, counts), counts)
 
@@ -77,7 +74,7 @@ def test_steps_and_faces_are_those_of_rational_arithmetic(entries, v):
         origin, direction = drawn_ray(rng, grids, v)
         ended, face, distance, counts = walked(grids, far, origin, direction)
         steps, expected, leaves = exact_exit(grids, v, origin, direction)
-        assert (ended, face, counts[STEPS]) == (EXIT, expected, steps)
+        assert (ended, face, counts[Walk.STEPS]) == (EXIT, expected, steps)
         assert distance == pytest.approx(leaves)
         faces.add(face)
     assert len(faces) == 6
@@ -108,7 +105,7 @@ def test_the_nearest_hit_is_that_of_all_tests_and_none_is_repeated(entries, v):
                 assert (ended, what, distance) == (HIT, int(np.argmin(distances)), min(distances))
             else:
                 assert ended == EXIT
-            assert counts[SPHERE_TESTS] + counts[POLYGON_TESTS] <= len(scene)
+            assert counts[Walk.SPHERE_TESTS] + counts[Walk.POLYGON_TESTS] <= len(scene)
     assert hits > 20
 
 
@@ -172,6 +169,6 @@ def test_a_walk_begins_where_the_ray_enters():
     scene = polygons((2.0, 0.5), (4.0, 0.5))
     grids, objects = prepared(scene, v=8)
     origin, direction = np.array([0.0, 0.1, 0.0]), np.array([0.0, 0.0, 1.0])
-    counts = [walked(grids, objects, origin, direction, entry=entry)[3][STEPS] for entry in (2.0, 3.0)]
+    counts = [walked(grids, objects, origin, direction, entry=entry)[3][Walk.STEPS] for entry in (2.0, 3.0)]
     assert walked(grids, objects, origin, direction, entry=3.0)[1] == 1
     assert counts[1] != counts[0]

@@ -3,13 +3,9 @@
 import numpy as np
 import pytest
 
+from radiosity.machines.torus.columns import Grid, Reference
 from radiosity.machines.torus.node_boxes import node_boxes
 from radiosity.machines.torus.node_grids import (
-    ENTRIES,
-    NEXT,
-    OBJECT,
-    TABLE,
-    TAG,
     array_bytes,
     chain_search,
     hash_bytes,
@@ -33,13 +29,13 @@ def members(grids, node, v):
     side, found = v + 2, {}
     for x, y, z in np.ndindex(v, v, v):
         index = ((x + 1) * side + y + 1) * side + z + 1
-        entries = grids.shape[node, ENTRIES]
-        at = grids.table[grids.shape[node, TABLE] + (index % entries if entries else index)]
+        entries = grids.shape[node, Grid.ENTRIES]
+        at = grids.table[grids.shape[node, Grid.TABLE] + (index % entries if entries else index)]
         objects = []
         while at != -1:
-            if not entries or grids.references[at, TAG] == index:
-                objects.append(int(grids.references[at, OBJECT]))
-            at = grids.references[at, NEXT]
+            if not entries or grids.references[at, Reference.TAG] == index:
+                objects.append(int(grids.references[at, Reference.OBJECT]))
+            at = grids.references[at, Reference.NEXT]
         found[x, y, z] = objects
     return found
 
@@ -127,10 +123,10 @@ def test_formula_4_2_is_the_mean_of_all_searches():
     grids, searches = grids_of(drawn_scene(5), entries=64), []
     for node in range(4):
         for slot in range(64):
-            at, seen = grids.table[grids.shape[node, TABLE] + slot], []
+            at, seen = grids.table[grids.shape[node, Grid.TABLE] + slot], []
             while at != -1:
-                seen.append(int(grids.references[at, TAG]))
-                at = grids.references[at, NEXT]
+                seen.append(int(grids.references[at, Reference.TAG]))
+                at = grids.references[at, Reference.NEXT]
             if node == 0:
                 searches += [rank + 1 for rank in range(len(set(seen)))]
     counted, drawn = chain_search(grids, 0)

@@ -2,9 +2,8 @@
 
 import pytest
 
-from radiosity.machines.torus import torus_state as ts
+from radiosity.machines.torus.columns import Tally
 from radiosity.machines.torus.ray_timing import PROFILES, RayTiming
-from radiosity.machines.torus.state_packet import PHASES
 from tb.radiosity.machines.torus.torus_cases import run_small
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -24,11 +23,12 @@ def test_busy_times_are_those_of_walks_rays_and_calls(storage):
     setup, step = ((timing.array_setup, timing.array_step) if storage == "array"
                    else (timing.hash_setup, timing.hash_step))
     costs = (step, timing.sphere_test, timing.polygon_test, timing.sphere_hit, timing.polygon_hit)
-    expected = (tallies[:, ts.TRACED].sum() * setup + run.rays * timing.rest + tallies[:, ts.CALLS].sum() * timing.call
+    expected = (tallies[:, Tally.TRACED].sum() * setup + run.rays * timing.rest
+                + tallies[:, Tally.CALLS].sum() * timing.call
                 + sum(run.walked(column) * cost for column, cost in enumerate(costs)))
     # Node 0 takes each object from the host with a call that is not in the tally of calls.
     expected += len(run.scene) * timing.call
-    assert tallies[:, ts.BUSY:ts.BUSY + len(PHASES)].sum() == expected
+    assert run.state.busy.sum() == expected
 
 
 def test_negative_times_are_refused():

@@ -3,17 +3,12 @@
 import numpy as np
 import pytest
 
-from radiosity.machines.torus import torus_state as ts
+from radiosity.machines.torus.columns import Node, Packet
 from radiosity.machines.torus.state_packet import (
     CLIPPING,
     END,
     FLUSHPIX,
-    HAS_PACKET,
-    IS_INACTIVE,
-    LAST_BUSY,
-    PHASE,
     RAYTRACE,
-    STATE,
     enter_phase,
     receive_packet,
     release_packet,
@@ -42,7 +37,7 @@ class Search:
 
     def is_idle(self, state, node):
         nodes, _, _, queues, flying, primaries = state
-        if queues[node] or (nodes[node][PHASE] == RAYTRACE and primaries[node]):
+        if queues[node] or (nodes[node][Node.PHASE] == RAYTRACE and primaries[node]):
             return False
         return not (self.has_buffers and any(source == node for source, _, _ in flying))
 
@@ -51,11 +46,11 @@ class Search:
         if travels >= 0:
             yield self.packet_arrives(state, travels)
         for node in range(self.nodes):
-            if nodes[node][HAS_PACKET] and self.is_idle(state, node):
+            if nodes[node][Node.HAS_PACKET] and self.is_idle(state, node):
                 yield self.leaves(state, node, release)
-            if nodes[node][PHASE] != RAYTRACE:
+            if nodes[node][Node.PHASE] != RAYTRACE:
                 continue
-            active = with_item(nodes, node, (nodes[node][PHASE], 0, nodes[node][HAS_PACKET]))
+            active = with_item(nodes, node, (nodes[node][Node.PHASE], 0, nodes[node][Node.HAS_PACKET]))
             if queues[node]:
                 hops, rest = queues[node][0], with_item(queues, node, queues[node][1:])
                 if not hops:
@@ -73,7 +68,7 @@ class Search:
             rest.remove(message)
             array = np.array(nodes)
             enter(array, node, RAYTRACE)
-            array[node, IS_INACTIVE] = 0
+            array[node, Node.IS_INACTIVE] = 0
             yield (as_tuples(array), packet, travels, with_item(queues, node, (hops, *queues[node])), tuple(rest),
                    primaries)
 
@@ -87,7 +82,7 @@ class Search:
         nodes, packet, _, *rest = state
         array, numbers = np.array(nodes), np.array(packet)
         handle(numbers, array, node)
-        travels = -1 if array[node, HAS_PACKET] else self.next[node]
+        travels = -1 if array[node, Node.HAS_PACKET] else self.next[node]
         return (as_tuples(array), tuple(numbers.tolist()), travels, *rest)
 
     def run(self):
@@ -96,10 +91,10 @@ class Search:
         while pending:
             state = pending.pop()
             nodes, packet, _, queues, flying, primaries = state
-            if packet[STATE] >= FLUSHPIX and (any(queues) or flying or any(primaries)):
+            if packet[Packet.STATE] >= FLUSHPIX and (any(queues) or flying or any(primaries)):
                 early += 1
                 continue
-            if all(node[PHASE] == END for node in nodes):
+            if all(node[Node.PHASE] == END for node in nodes):
                 continue
             found = [one for one in self.moves(state) if one not in seen]
             stuck += not any(True for _ in self.moves(state))
@@ -137,13 +132,13 @@ def test_rays_on_every_link_keep_the_packet_from_its_next_phase():
     flying = tuple(sorted((node, other, 0) for node in range(4) for other in search.near[node]))
     state = (((RAYTRACE, 1, 0),) * 4, (RAYTRACE, 0), 0, ((),) * 4, flying, (0,) * 4)
     state = search.packet_arrives(state, 0)
-    assert state[0][0][HAS_PACKET]
+    assert state[0][0][Node.HAS_PACKET]
     assert not search.is_idle(state, 0)
     # A node whose messages have all been taken passes it on; the next one keeps it in turn.
     for node in (0, 1, 3, 2):
         if state[2] >= 0:
             state = search.packet_arrives(state, state[2])
-        assert state[0][node][HAS_PACKET]
+        assert state[0][node][Node.HAS_PACKET]
         state = (*state[:4], tuple(one for one in state[4] if one[0] != node), state[5])
         state = search.leaves(state, node, release)
         assert state[1] == (RAYTRACE, node)
@@ -165,7 +160,7 @@ def test_an_active_node_signs_keeps_the_packet_and_adopts_its_state():
     receive_packet(packet, nodes, 0, True)
     assert packet.tolist() == [RAYTRACE, 0]
     assert nodes[0].tolist() == [RAYTRACE, 1, 1]
-    packet[LAST_BUSY] = 2
+    packet[Packet.LAST_BUSY] = 2
     release_packet(packet, nodes, 0)
     assert packet.tolist() == [RAYTRACE, 0]
     assert nodes[0].tolist() == [RAYTRACE, 1, 0]
@@ -174,16 +169,16 @@ def test_an_active_node_signs_keeps_the_packet_and_adopts_its_state():
 def test_phases_are_entered_in_order():
     nodes = np.array([[FLUSHPIX, 0, 0]])
     enter_phase(nodes, 0, RAYTRACE)
-    assert nodes[0, PHASE] == FLUSHPIX
+    assert nodes[0, Node.PHASE] == FLUSHPIX
     enter_phase(nodes, 0, END)
-    assert nodes[0, PHASE] == END
+    assert nodes[0, Node.PHASE] == END
 
 
 @pytest.mark.parametrize("delay", [0, 50_000, 2_000_000])
 def test_the_packet_makes_few_laps_whatever_the_delays(delay):
     run = run_small(nodes=9, delay=delay, seed=3)
-    visits = run.state.tallies[:, ts.VISITS:ts.VISITS + 3]
-    assert (run.state.nodes[:, PHASE] == END).all()
+    visits = run.state.visits[:, :3]
+    assert (run.state.nodes[:, Node.PHASE] == END).all()
     assert visits.max() <= 6
     # Each phase takes one lap at least.
     assert visits[:, 1:].min() >= 1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radiosity.machines.torus import torus_state as ts
+from radiosity.machines.torus.columns import Link
 from radiosity.machines.torus.torus_links import (
     DOWN,
     LEFT,
@@ -46,7 +46,7 @@ def test_several_shortest_routes_alternate():
 
 def test_packets_alternate_in_the_machine():
     run = run_small(nodes=4, size=(40, 40), growth=1.0)
-    links = run.state.links[:, ts.LINK_MESSAGES].reshape(4, LINKS)
+    links = run.state.links[:, Link.MESSAGES].reshape(4, LINKS)
     # From the upper right node packets go down, up, left and right in turn.
     assert run.state.turns[3] >= 8
     assert (links[3] >= run.state.turns[3] // 4).all()

@@ -7,6 +7,7 @@ import pytest
 
 from golden.base.errors import InputError
 from radiosity.machines.torus import torus_state as ts
+from radiosity.machines.torus.columns import Count, Tally
 from radiosity.machines.torus.node_boxes import node_boxes
 from radiosity.machines.torus.torus_run import TorusSetup, spiral_order
 from radiosity.machines.torus.torus_turns import SCALE
@@ -34,7 +35,7 @@ def test_sums_of_returned_colours_are_those_of_recursion(glass, has_shadows):
 def test_the_picture_equals_the_one_node_picture(changes):
     run = run_small(**changes)
     assert run.sums.tobytes() == run_small(nodes=1, subdivisions=1, growth=0.0).sums.tobytes()
-    assert run.state.counts[ts.LIVE] == 0
+    assert run.state.counts[Count.LIVE] == 0
 
 
 @pytest.mark.parametrize("seed", [2])
@@ -110,7 +111,7 @@ def test_nodes_work_off_arrivals_first():
             pending.add(pixel)
             last = pixel
         assert pixel == last
-    assert run.state.tallies[:, ts.MOST_HELD].max() <= 2 * 8 + 2
+    assert run.state.tallies[:, Tally.MOST_HELD].max() <= 2 * 8 + 2
 
 
 def test_shadow_rays_are_traced_first():
@@ -125,13 +126,13 @@ def test_shadow_rays_are_traced_first():
 def test_idle_nodes_are_given_rows_and_each_pixel_is_traced_once():
     runs = [run_small(3, nodes=4, growth=0.6, size=(24, 24), is_stealing=steals, log=100_000)
             for steals in (True, False)]
-    assert runs[0].state.tallies[:, ts.GIVEN].sum() > 0
-    assert runs[1].state.tallies[:, ts.GIVEN].sum() == 0
+    assert runs[0].state.tallies[:, Tally.GIVEN].sum() > 0
+    assert runs[1].state.tallies[:, Tally.GIVEN].sum() == 0
     for run in runs:
-        assert run.state.tallies[:, ts.PRIMARIES].sum() == 24 * 24
+        assert run.state.tallies[:, Tally.PRIMARIES].sum() == 24 * 24
         assert run.state.is_started.all()
     assert runs[0].sums.tobytes() == runs[1].sums.tobytes()
-    assert runs[0].state.tallies[:, ts.PRIMARIES].max() > 24 * 24 / 4
+    assert runs[0].state.tallies[:, Tally.PRIMARIES].max() > 24 * 24 / 4
 
 
 def test_given_primaries_begin_in_the_box_of_their_new_node():
@@ -150,7 +151,7 @@ def test_given_primaries_begin_in_the_box_of_their_new_node():
 def test_packets_have_up_to_21_values_and_black_is_not_sent():
     run = run_small(nodes=9)
     tallies = run.state.tallies
-    values, packets = tallies[:, ts.VALUES], tallies[:, ts.PACKETS]
+    values, packets = tallies[:, Tally.VALUES], tallies[:, Tally.PACKETS]
     # Full packets while tracing, and one with the rest.
     assert (packets == -(-values // 21)).all()
     # Fewer values than rays: black ones and those that carry their colour on.
@@ -160,7 +161,7 @@ def test_packets_have_up_to_21_values_and_black_is_not_sent():
 
 def test_overlaps_reduce_hand_overs_and_cost_memory():
     runs = [run_small(nodes=4, growth=growth, size=(24, 24), is_stealing=False) for growth in (0.02, 0.24, 1.0)]
-    passed = [int(run.state.tallies[:, ts.PASSED].sum()) for run in runs]
+    passed = [int(run.state.tallies[:, Tally.PASSED].sum()) for run in runs]
     assert passed[0] > passed[1] > passed[2] > 0
     held = [int(run.grids.held.sum()) for run in runs]
     assert held[0] <= held[1] <= held[2]
@@ -169,7 +170,7 @@ def test_overlaps_reduce_hand_overs_and_cost_memory():
 def test_objects_go_right_along_the_lowest_row_and_up_from_there_as_far_as_boxes_have_them():
     run = run_small(nodes=9, growth=0.3)
     grown, bounds = run.boxes.grown.reshape(3, 3, 2, 3), run.scene.bounds
-    taken = run.state.tallies[:, ts.DOWNLOADED].reshape(3, 3)
+    taken = run.state.tallies[:, Tally.DOWNLOADED].reshape(3, 3)
     for column in range(3):
         reaches = bounds[:, 1, 0] >= grown[0, column, 0, 0] if column else np.ones(len(bounds), dtype=bool)
         for row in range(3):

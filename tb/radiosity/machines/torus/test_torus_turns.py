@@ -4,6 +4,7 @@ import pytest
 
 from golden.base.errors import InputError
 from radiosity.machines.torus import torus_state as ts
+from radiosity.machines.torus.columns import Item, Node, Tally
 from tb.radiosity.machines.torus.torus_cases import run_small
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -23,7 +24,7 @@ def test_a_deadlock_of_small_buffers_is_named():
 
 def test_a_packet_is_sent_when_it_has_21_values():
     tallies = run_small(nodes=4, size=(24, 20)).state.tallies
-    values, packets = tallies[:, ts.VALUES], tallies[:, ts.PACKETS]
+    values, packets = tallies[:, Tally.VALUES], tallies[:, Tally.PACKETS]
     assert (packets == -(-values // 21)).all()
     # Packets of 20 or 22 values would be other numbers.
     assert all((packets != -(-values // other)).any() for other in (20, 22))
@@ -34,9 +35,9 @@ def test_shadow_rays_wait_apart_from_other_rays(monkeypatch):
     push, seen = ts.push_first, set()
 
     def note(state, node, queue, item):
-        seen.add((queue, int(state.items[item, ts.KIND])))
+        seen.add((queue, int(state.items[item, Item.KIND])))
         push(state, node, queue, item)
 
     monkeypatch.setattr(ts, "push_first", note)
-    assert run_small.__wrapped__(nodes=4).state.tallies[:, ts.PASSED].sum() > 0
-    assert seen == {(ts.RAYS, ts.RAY), (ts.SHADOWS, ts.SHADOW)}
+    assert run_small.__wrapped__(nodes=4).state.tallies[:, Tally.PASSED].sum() > 0
+    assert seen == {(Node.RAYS, ts.RAY), (Node.SHADOWS, ts.SHADOW)}
