@@ -14,9 +14,6 @@ from scipy.optimize import lsq_linear
 from benchmarks.koan_scenes import KOAN_SCENES, koan_scene
 from benchmarks.koan_times import TABLE_3, TABLE_4, closed_3, closed_4, errors
 from benchmarks.report import output_option, provenance, table, write_report
-from golden.engine.memsys.bus.cache import Cache
-from golden.engine.memsys.bus.cache_policy import CachePolicy
-from golden.engine.schedule.usage import usage_order
 from radiosity.cli.console import console
 from radiosity.machines.koan.koan_machine import KoanMachine
 from radiosity.machines.koan.page_timing import PageTiming
@@ -24,14 +21,14 @@ from radiosity.machines.koan.pixel_items import PixelItems, pixel_items
 from radiosity.machines.koan.ray_pages import PageString
 from radiosity.machines.koan.scene_pages import ScenePages
 
-__all__ = ["fit", "grade_below", "referred_pages", "resident_rows", "saturation"]
+__all__ = ["fit", "grade_below", "referred_pages", "saturation"]
 
 _SIZE, _SMALL = (512, 512), (128, 128)
 _CACHE, _MEMORY = 2 << 20, 3_200_000
 # Of rings4, whose one node's time the source does not have: that of 32 nodes without their faults.
 _ALONE = {"Teapot": 5927, "Mountain": 11042, "Rings4": 704 * 32 - 0.011 * 1158 * 31}
 _CACHES, _CACHE_NODES, _ENOUGH = (64, 128, 204, 256, 512, 1024, 2048), 16, 0.5
-_SIDES, _SEEDS, _RECORD = (1, 2, 3, 4, 8, 16), 20, 128
+_SIDES = (1, 2, 3, 4, 8, 16)
 
 
 def fit(seconds, sources: dict[int, float], numbers: list[PageTiming]) -> np.ndarray:
@@ -155,12 +152,11 @@ def _table_3(machines, base: PageTiming):
 
 
 def _cache_rows(timing: PageTiming):
-    """Rows of figure 7; pages per pixel and the saturation of each scene; rows of what pages are referred to for."""
-    rows, pages, saturated, counted = [], {}, {}, []
+    """Rows of figure 7; pages per pixel and the saturation of each scene."""
+    rows, pages, saturated = [], {}, {}
     for name in KOAN_SCENES:
         machine = KoanMachine(koan_scene(name), size=_SMALL)
         pages[name] = float(machine.string(1024)[1].distinct.mean())
-        counted.append([name, *_page_counts(machine)])
         found = {}
         for frames in _CACHES:
             run = machine.run(nodes=_CACHE_NODES, page_bytes=1024, frames=frames, timing=timing)
@@ -169,18 +165,7 @@ def _cache_rows(timing: PageTiming):
                          f"{report['fetched_bytes'] / 1e6:.1f}", report["traffic"]["messages"]])
         saturated[name] = saturation(found)
         console().note(f"{name}: {pages[name]:.1f} pages per pixel, saturation at pages: {_pages(saturated[name])}")
-    return rows, pages, saturated, counted
-
-
-def _page_counts(machine: KoanMachine):
-    """Rays of a pixel; cells and tests of a ray; pages of 1 KB of a pixel that have cells, lists and patches."""
-    layout, string = machine.string(1024)
-    pixels, hits = len(string.distinct), machine.traced.hits
-    pixel = np.repeat(np.arange(pixels), np.diff(string.first))
-    page = np.unique(pixel * len(layout) + string.page) % len(layout)
-    regions = np.bincount(np.searchsorted(layout.first, page, side="right") - 1, minlength=3)
-    return [f"{len(hits.t) / pixels:.2f}", f"{hits.steps.mean():.1f}", f"{hits.tests.mean():.1f}",
-            *(f"{one / pixels:.1f}" for one in regions)]
+    return rows, pages, saturated
 
 
 def _item_rows(machine: KoanMachine, timing: PageTiming):
@@ -192,54 +177,6 @@ def _item_rows(machine: KoanMachine, timing: PageTiming):
         rows.append([schedule, f"{side} x {side}", f"{run.time / 1e9:.2f}", f"{run.efficiency:.4f}",
                      f"{busy['most'] / busy['mean']:.4f}", report["faults"], report["traffic"]["ring_hops"]])
     return rows
-
-
-def resident_rows(machine: KoanMachine, kilobytes: tuple[int, ...]) -> list[list]:
-    """One node's references to patches through pages, and through a resident set beside a cache of patches.
-
-    Parameters
-    ----------
-    machine
-        Its picture's references are the string, pixel by pixel.
-    kilobytes
-        Memories, powers of two.
-    """
-    layout, string = machine.string(_RECORD)
-    patch = string.page - layout.first[2]
-    requests, rows = patch[patch >= 0].astype(np.int64), []
-    sparse = np.concatenate([string.page[begin:end] for begin, end in zip(
-        string.first[:-1:64], string.first[1::64], strict=False)]) - layout.first[2]
-    order = usage_order(np.bincount(sparse[sparse >= 0], minlength=machine.patches))
-    for size in kilobytes:
-        for record in (4096, 1024, _RECORD):
-            lines = (size << 10) // record
-            cache = Cache(CachePolicy.LRU, lines=lines, ways=lines)
-            cache.access(requests * _RECORD // record)
-            rows.append([size, f"pages of {record} bytes", cache.misses, f"{100 * cache.miss_ratio:.2f} %",
-                         f"{cache.misses * record / 1e6:.2f}"])
-        lines = (size << 10) // _RECORD // 2
-        resident = np.zeros(machine.patches, dtype=bool)
-        resident[order[:lines]] = True
-        cache = Cache(CachePolicy.LRU, lines=lines, ways=lines)
-        cache.access(requests[~resident[requests]])
-        moved = cache.misses + min(lines, machine.patches)
-        rows.append([size, "resident set and cache of patches", moved, f"{100 * moved / len(requests):.2f} %",
-                     f"{moved * _RECORD / 1e6:.2f}"])
-    return rows
-
-
-def _seed_row(timing: PageTiming):
-    """The percentile of the source's time of Mountain on 32 nodes among those of 20 terrains."""
-    found = []
-    for seed in range(_SEEDS):
-        machine = KoanMachine(koan_scene("Mountain", seed=seed), size=_SMALL)
-        # Items of a pixel have about the work of 3 x 3 pixels of the large picture.
-        found.append(machine.run(nodes=32, timing=timing, alone=_ALONE["Mountain"], side=1, frames=_frames(
-            "Mountain", machine, 4096, _CACHE)).time / 1e9)
-        console().note(f"terrain {seed}: {found[-1]:.1f} s")
-    source = TABLE_4["Mountain"][32]
-    return [_SEEDS, source, f"{min(found):.1f}", f"{np.median(found):.1f}", f"{max(found):.1f}",
-            f"{100 * np.mean(np.array(found) < source):.0f}"]
 
 
 def _pages(saturation):
@@ -290,8 +227,7 @@ def main(output) -> None:
     timing, seconds, faults, rows_4 = _table_4(machines)
     rings = _ring_rows(machines["Rings4"], seconds["Rings4"], faults["Rings4"])
     library, rows_3 = _table_3(machines, timing)
-    caches, pages, saturated, counted = _cache_rows(library)
-    small = KoanMachine(koan_scene("Teapot"), size=_SMALL)
+    caches, pages, saturated = _cache_rows(library)
     scenes = [[name, source.polygons, machines[name].patches if name in machines else "", source.kilobytes,
                f"{machines[name].string(1024)[0].size / 1024:.0f}" if name in machines else "",
                f"{source.rays / (1 << 18):.2f}",
@@ -305,13 +241,8 @@ def main(output) -> None:
         *table(["statement", "source", "simulated", "grade"], _statements(seconds, pages, saturated, rows_4, rows_3)),
         "", *table(["nodes", "pages of Rings4", "frames", "pages of a tile from other homes", "faults of a node",
                     "seconds", "source", "efficiency over 4 nodes", "source's"], rings), "",
-        *table(["scene", "rays of a pixel", "cells of a ray", "tests of a ray", "pages of cells", "of lists",
-                "of patches"], counted), "",
         *table(["scene", "nodes", "table 4, s", "simulated, s", "error", "closed form", "t1/N alone"], rows_4), "",
         *table(["scene", "nodes", "table 3, s", "simulated, s", "error", "closed form"], rows_3), "",
         *table(["scene", "cache in pages of 1 KB", "efficiency", "miss ratio", "MB fetched", "messages"], caches), "",
         *table(["schedule", "item", "seconds", "efficiency", "most busy : mean", "faults", "ring hops"],
-               _item_rows(machines["Teapot"], timing)), "",
-        *table(["KB", "memory", "records fetched", "miss ratio", "MB moved"], resident_rows(small, (32, 128, 512))), "",
-        *table(["terrains", "Mountain, 32 nodes, s", "least", "median", "most", "percentile of the source's"],
-               [_seed_row(timing)])])
+               _item_rows(machines["Teapot"], timing))])

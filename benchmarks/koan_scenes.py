@@ -6,7 +6,6 @@ import numpy as np
 
 from golden.cast.default_camera import default_camera
 from golden.scene.builtin import builtin_scene
-from golden.scene.builtin.mountain import mountain
 from golden.scene.lights import PointLight
 from golden.scene.scene import Scene
 
@@ -44,19 +43,11 @@ KOAN_SCENES = {
     "Tetra9": KoanScene(ours=("tetra", 9), lights=1, polygons=262_111, rays=303_239, kilobytes=36189)}
 
 
-def koan_scene(name: str, *, seed: int | None = None) -> Scene:
-    """The stand-in for a scene of `KOAN_SCENES`, without surfaces that emit.
-
-    Parameters
-    ----------
-    name
-        The source's name.
-    seed
-        Of Mountain: another terrain.
-    """
+def koan_scene(name: str) -> Scene:
+    """The stand-in for a scene of `KOAN_SCENES`, without surfaces that emit."""
     source = KOAN_SCENES[name]
     kind, size = source.ours
-    scene = builtin_scene(f"{kind}:{size}") if seed is None else mountain(size, seed)
+    scene = builtin_scene(f"{kind}:{size}")
     dark = ~scene.channels("emission").any(axis=1)
     scene = replace(scene.with_parts(dark), lights=())
     camera = default_camera(scene)

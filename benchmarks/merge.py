@@ -20,7 +20,6 @@ from golden.scene.material import Material
 from golden.scene.tessellate import bezier
 from radiosity.cli.console import console
 from radiosity.machines.merge.merge_run import MergeRun, MergeScheme, simulate_merge
-from radiosity.machines.merge.mesh_links import ORDERS, worst_link_loads
 from radiosity.machines.merge.screen_split import SPLITTERS
 from radiosity.machines.merge.screen_triangles import ScreenTriangles, project_scene
 from radiosity.machines.merge.screen_volume import drawn_direction, view_volume
@@ -83,8 +82,6 @@ MERGES = {
 _ALONE, _WEIGHTED, _WITH_SPLIT, _GAIN = 5.24, 11.44, 9.40, 1.8
 # Ratios that must be met: of pairs over each to all, and of exchanged z-buffers over pairs on 16 nodes.
 _PAIR_BAND, _FULL_LEAST = (1.4, 3.0), 2.5
-# Loads of the links of a 4 x 4 mesh, added over all steps.
-_LINKS = {"xor": 27, "shift": 22}
 
 
 def pots_of(count: int, spread: float, seed: int) -> tuple[ScreenTriangles, np.ndarray]:
@@ -281,14 +278,6 @@ def _stacked(numbers, is_weighted, at):
     return np.stack([numbers[splitter, is_weighted][at] for splitter in SPLITTERS])
 
 
-def _link_page() -> list[str]:
-    rows = []
-    for order in ORDERS:
-        total = int(worst_link_loads(4, order).sum())
-        rows.append([order, _LINKS[order], total, "reproduced" if total == _LINKS[order] else "not reproduced"])
-    return table(["order of the steps", "digest", "counted", "grade"], rows)
-
-
 @click.command()
 @click.option("--seeds", type=click.IntRange(1, 100), default=_SEEDS, help="Set the number of seeds.")
 @output_option("merge")
@@ -297,4 +286,4 @@ def main(seeds, output) -> None:
     write_report(output, [
         "# Merged pictures and split volumes, simulated", "",
         f"{provenance('numpy')}; {seeds} seeds; medians, ranges and percentiles are over these.", "",
-        *_merge_pages(seeds), *_volume_pages(seeds), *_link_page()])
+        *_merge_pages(seeds), *_volume_pages(seeds)])

@@ -2,7 +2,7 @@
 
 ``radiosity bench network`` schedules a phase at ceiling point 1 of each scene for 2 to 64 clusters, casts from
 points of the whole ceiling with it, sends every patch that a cluster requests and another holds over the network, and
-writes out/bench/network.md: the thesis' figures 5.5 to 5.7 as tables, for five scenes, with where the requests go.
+writes out/bench/network.md: the thesis' figures 5.5 to 5.7 as tables, for five scenes.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from benchmarks.ceiling import CELL, HEMISPHERE, RATIO, SCENES, Ceiling
 from benchmarks.report import output_option, provenance, write_report
 from golden.engine.config import PRESETS
 from golden.engine.noc.topology import Topology
-from golden.engine.schedule.assignment import heaviest_to_nearest, simple
+from golden.engine.schedule.assignment import simple
 from radiosity.cli.console import console
 
 CONFIG = PRESETS["paper"]
@@ -34,15 +34,9 @@ class Traffic:
     ----------
     between
         N x N: requests of each cluster to each other one for a patch that it holds; on the diagonal its own patches.
-    elsewhere
-        Requests for patches that no cluster holds.
-    reference
-        As ``between``, of the casting from the reference point only, which is what the host knows.
     """
 
     between: np.ndarray
-    elsewhere: int
-    reference: np.ndarray
 
     @property
     def remote(self) -> np.ndarray:
@@ -54,44 +48,14 @@ def measure(ceiling: Ceiling, clusters: int, points: range) -> Traffic:
     """Cast from the points with the schedule of the first."""
     plan = ceiling.plan(clusters)
     home, _ = plan.sets.residence(len(ceiling.geometry))
-    between, reference = np.zeros((2, clusters, clusters), dtype=np.int64)
-    elsewhere = 0
+    between = np.zeros((clusters, clusters), dtype=np.int64)
     for point in points:
         requests = []
         ceiling.shelling.cast(ceiling.record(point), plan.partition.sections, plan.subshells, requests=requests)
         for cluster, requested in enumerate(requests):
             where = home[requested.patches]
-            elsewhere += int((where < 0).sum())
-            to = np.bincount(where[where >= 0], minlength=clusters)
-            between[cluster] += to
-            if point == 0:
-                reference[cluster] += to
-    return Traffic(between, elsewhere, reference)
-
-
-def by_position(clusters: int) -> np.ndarray:
-    """The processor of each cluster such that sections side by side are nodes side by side.
-
-    The bits of a section's number are its cuts, in azimuth and polar angle by turns, the first one highest.
-    """
-    bits = clusters.bit_length() - 1
-    number = np.arange(clusters)
-    column, row = np.zeros((2, clusters), dtype=np.int64)
-    for level in range(bits):
-        side = number >> (bits - 1 - level) & 1
-        if level % 2 == 0:
-            column = 2 * column + side
-        else:
-            row = 2 * row + side
-    return row * (1 << (bits + 1) // 2) + column
-
-
-def assignments(traffic: Traffic, topology: Topology) -> dict[str, np.ndarray]:
-    """Processors of the clusters by each strategy."""
-    known = traffic.reference + traffic.reference.T
-    np.fill_diagonal(known, 0)
-    return {"simple": simple(topology.nodes), "by position": by_position(topology.nodes),
-            "heaviest to nearest": heaviest_to_nearest(known, topology.hops)}
+            between[cluster] += np.bincount(where[where >= 0], minlength=clusters)
+    return Traffic(between)
 
 
 def distances(traffic: Traffic, topology: Topology, processor: np.ndarray) -> np.ndarray:
@@ -119,19 +83,6 @@ def proximity() -> list[str]:
               for (name, network), row in zip(networks.items(), rows, strict=True)), ""]
 
 
-def where_they_go(results: dict[tuple[str, int], Traffic], castings: int) -> list[str]:
-    """Who serves requests."""
-    lines = ["## Who serves a request for a patch", "",
-             "| scene | clusters | requests of a casting | own patches | another cluster's | main memory's |",
-             "|---" * 6 + "|"]
-    for (name, clusters), traffic in results.items():
-        total = traffic.between.sum() + traffic.elsewhere
-        own, remote = np.trace(traffic.between) / total, traffic.remote.sum() / total
-        lines.append(f"| {name} | {clusters} | {total / castings:.0f} | {own:.3f} | {remote:.3f} "
-                     f"| {traffic.elsewhere / total:.3f} |")
-    return [*lines, ""]
-
-
 def hop_counts(results: dict[tuple[str, int], Traffic], castings: int) -> list[str]:
     """Figures 5.5 and 5.6."""
     lines = ["## Links that the requests of a casting pass (thesis: figures 5.5 and 5.6)", "",
@@ -149,22 +100,6 @@ def hop_counts(results: dict[tuple[str, int], Traffic], castings: int) -> list[s
     return [*lines, ""]
 
 
-def shares(results: dict[tuple[str, int], Traffic]) -> list[str]:
-    """How far requests go."""
-    lines = ["## How far requests to other clusters go", "",
-             "Cluster i is node i. Shares of the requests that pass so many links.", "",
-             "| scene | clusters | network | " + " | ".join(map(str, range(1, NEAR))) + f" | {NEAR} or more | mean "
-             "| mean of all pairs |", "|---" * (NEAR + 5) + "|"]
-    for (name, clusters), traffic in results.items():
-        for network in NETWORKS:
-            topology = Topology.of(network, clusters)
-            counts = distances(traffic, topology, simple(clusters))
-            part = np.append(counts[1:NEAR], counts[NEAR:].sum()) / max(1, counts.sum())
-            lines.append(f"| {name} | {clusters} | {network} | " + " | ".join(f"{share:.3f}" for share in part)
-                         + f" | {mean(counts):.2f} | {topology.hops.sum() / (clusters * (clusters - 1)):.2f} |")
-    return [*lines, ""]
-
-
 def links(results: dict[tuple[str, int], Traffic]) -> list[str]:
     """Links per request and the share of requests to a neighbour, with the networks side by side."""
     lines = ["## Links per request to another cluster, and the share of these requests that go to a neighbour", "",
@@ -176,25 +111,6 @@ def links(results: dict[tuple[str, int], Traffic]) -> list[str]:
             counts = distances(traffic, Topology.of(network, clusters), simple(clusters))
             cells.append(f"{mean(counts):.2f}, {counts[1] / max(1, counts.sum()):.3f}")
         lines.append(f"| {name} | {clusters} | {' | '.join(cells)} |")
-    return [*lines, ""]
-
-
-def strategies(results: dict[tuple[str, int], Traffic]) -> list[str]:
-    """Mean links by assignment."""
-    names = list(assignments(next(iter(results.values())), Topology.of("mesh", next(iter(results))[1])))
-    lines = ["## Links per request, by which cluster is which node", "",
-             "*Simple*: cluster i is node i. *By position*: sections side by side are nodes side by side. *Heaviest to "
-             "nearest*: by the requests from the reference point (thesis: figure 4.12).", "",
-             " | ".join(["| scene", "clusters", *(f"{network}: {name}" for network in NETWORKS for name in names)])
-             + " |",
-             "|---" * (2 + len(NETWORKS) * len(names)) + "|"]
-    for (scene, clusters), traffic in results.items():
-        cells = []
-        for network in NETWORKS:
-            topology = Topology.of(network, clusters)
-            cells += [f"{mean(distances(traffic, topology, processor)):.2f}"
-                      for processor in assignments(traffic, topology).values()]
-        lines.append(f"| {scene} | {clusters} | " + " | ".join(cells) + " |")
     return [*lines, ""]
 
 
@@ -249,5 +165,4 @@ def main(scenes: tuple[str, ...], points: int, output: Path) -> None:
         f"{HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, one ray of {RATIO} cast to prepare a phase at "
         f"ceiling point 1 of 16, {points} castings of the phase; a cluster requests each patch that it finds once a "
         f"casting. {provenance('numpy')}.", "",
-        *where_they_go(results, points), *hop_counts(results, points), *shares(results), *links(results),
-        *strategies(results), *claims(results), *proximity()])
+        *hop_counts(results, points), *links(results), *claims(results), *proximity()])

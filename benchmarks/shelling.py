@@ -1,10 +1,9 @@
-"""Tests, cell steps and time of shelling, beside brute force.
+"""Tests and cell steps of shelling.
 
-``radiosity bench shelling`` writes out/bench/shelling.md: counts per ray from 16 points of the ceiling, the cost
-of sectors by number of clusters, and the time of shelling beside brute force in the same integers.
+``radiosity bench shelling`` writes out/bench/shelling.md: counts per ray from 16 points of the ceiling, and the cost of
+sectors by number of clusters.
 """
 
-import time
 from pathlib import Path
 
 import click
@@ -12,22 +11,14 @@ import numpy as np
 
 from benchmarks.ceiling import CELL, HEMISPHERE, POINTS, RATIO, SCENES, Ceiling
 from benchmarks.report import output_option, provenance, write_report
-from golden.cast.hemisphere import Hemisphere
-from golden.engine.cast.naive_fixed import NaiveFixed
-from golden.engine.cast.shelling import Shelling, ShellingCounts
+from golden.engine.cast.shelling import ShellingCounts
 from golden.engine.config import Config
-from golden.engine.frustum import hemisphere_record
-from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.engine.schedule.ceiling_points import ceiling_points
-from golden.scene.open import open_scene
 from radiosity.cli.console import console
 
 CONFIG = Config()
 MOST_TESTS, MOST_STEPS = {"lobby": 2.6, "room1627": 3.3}, 3.2
 THESIS_TESTS = {"lobby": 2.6, "room1627": 4.1}
 CLUSTERS = (1, 2, 4, 8, 16)
-FAST_SCENES, FAST_RAYS, FAST_CELLS, FAST_POINT = ("room1627", "cubes", "phone"), (512, 128), (0.125, CELL), 5
-REPEATS, LEAST_SPEEDUP = 5, 25
 
 
 def work(name: str, ceiling: Ceiling) -> str:
@@ -62,39 +53,10 @@ def sectors(name: str, ceiling: Ceiling) -> list[str]:
     return rows
 
 
-def seconds(cast, record) -> tuple[float, object]:
-    """Processor time, the best of a few runs, and what the last one gave."""
-    best = np.inf
-    for _ in range(REPEATS):
-        begin = time.process_time()
-        result = cast(record)
-        best = min(best, time.process_time() - begin)
-    return best, result
-
-
-def speed(name: str) -> list[str]:
-    """Shelling beside brute force."""
-    scene = open_scene(name)
-    points, down = ceiling_points(scene)
-    geometry = PatchGeometry.of(scene, CONFIG.numbers, points[FAST_POINT])
-    record = hemisphere_record(Hemisphere(*FAST_RAYS), geometry.coordinates, points[FAST_POINT], down)
-    slow, expected = seconds(NaiveFixed(geometry, CONFIG).cast, record)
-    rows = [f"| {name} | naive-fixed | - | {1e3 * slow:.0f} | {len(record) / slow / 1e6:.2f} | {len(scene)} | 1 | 1 |"]
-    for cell in FAST_CELLS:
-        fast, (hits, (counts,)) = seconds(Shelling(geometry, CONFIG, cell=cell).cast, record)
-        if len(hits.differences(expected)):
-            raise SystemExit(f"error: {name}: shelling and brute force disagree")
-        tests = counts.tests / counts.rays
-        rows.append(f"| {name} | shelling | {cell} | {1e3 * fast:.0f} | {len(record) / fast / 1e6:.2f} | {tests:.2f} "
-                    f"| {slow / fast:.1f} | {len(scene) / tests:.0f} |")
-    return rows
-
-
 @click.command()
 @output_option("shelling")
 def main(output: Path) -> None:
-    """Count the work of shelling and measure its speed beside brute force."""
-    fast = [row for name in FAST_SCENES for row in speed(name)]
+    """Count the work of shelling."""
     ceilings = {name: Ceiling(name, CONFIG) for name in SCENES}
     works = [work(name, ceiling) for name, ceiling in ceilings.items()]
     costs = [row for name, ceiling in ceilings.items() for row in sectors(name, ceiling)]
@@ -112,13 +74,6 @@ def main(output: Path) -> None:
         "| scene | clusters | cell steps/ray | grid rays/ray | tests/ray | patches fetched | worst steps "
         "| worst tests |",
         "|---" * 8 + "|", *costs, "",
-        "## Speed", "",
-        f"{FAST_RAYS[0]} x {FAST_RAYS[1]} rays, one hemisphere with setup of all patches and read-out of (u, v); "
-        f"processor time, best of {REPEATS} runs. The aim is {LEAST_SPEEDUP} times the rate of naive-fixed in "
-        "room1627.", "",
-        "| scene | method | cell | ms | million rays/s | tests/ray | naive-fixed : this, time "
-        "| naive-fixed : this, tests |",
-        "|---" * 8 + "|", *fast,
     ]
-    console().note("\n".join(works + costs + fast))
+    console().note("\n".join(works + costs))
     write_report(output, lines)

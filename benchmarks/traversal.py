@@ -1,7 +1,7 @@
 """Cycles of cell traversal by the golden model's counts, without the RTL.
 
-``radiosity bench traversal`` writes out/bench/traversal.md: what survival by settle codes costs, the busiest
-cluster's cell traversal beside the busiest cluster's intersection, and stages that overlap beside a barrier after each.
+``radiosity bench traversal`` writes out/bench/traversal.md: grid rays sent with few slots, the busiest cluster's cell
+traversal beside the busiest cluster's intersection, and stages that overlap beside a barrier after each.
 """
 
 from collections import Counter
@@ -14,16 +14,12 @@ import numpy as np
 
 from benchmarks.ceiling import CELL, HEMISPHERE, POINTS, RATIO, SCENES, Ceiling
 from benchmarks.report import output_option, provenance, write_report
-from golden.engine.cast.shelling import Shelling, ShellingCounts
+from golden.engine.cast.shelling import ShellingCounts
 from golden.engine.config import Config
-from golden.engine.ctu.cell_traversal import Traversal
-from golden.engine.ctu.grid_rays import INDEX_FRACTION
 from golden.engine.ctu.sector import Sector, sector_rays, subshell_rays
 from golden.engine.ctu.settle_pyramid import SettlePyramid
 from golden.engine.ctu.survival import survivors_by_code
-from golden.engine.ctu.unit import CellTraversalUnit, global_directions
 from golden.engine.icu.ray_memory import RayMemory
-from golden.engine.icu.section_clip import section_clip
 from radiosity.cli.console import console
 
 CONFIG = Config()
@@ -47,9 +43,7 @@ class Rates:
         return max(-(-work.scanned // self.looks), self.issue * work.grid_rays, -(-work.passes // pipelines))
 
 
-SLOW, FAST, FASTER = Rates(issue=2, looks=1), Rates(issue=1, looks=4), Rates(issue=1, looks=8)
-# What is looked at costs nothing.
-SLOW_BLIND = Rates(issue=2, looks=1 << 30)
+SLOW, FAST = Rates(issue=2, looks=1), Rates(issue=1, looks=4)
 
 
 def patch_cycles(work: ShellingCounts) -> int:
@@ -57,73 +51,9 @@ def patch_cycles(work: ShellingCounts) -> int:
     return max(work.walk_cycles, 4 * work.patches)
 
 
-def survival(name: str, ceiling: Ceiling) -> list[str]:
-    """What codes and squares open more than distances."""
-    rows, exact = [], Shelling(ceiling.geometry, CONFIG, cell=CELL)
-    for clusters in 1, 8:
-        sections, totals = ceiling.plan(clusters).partition.sections, []
-        for shelling in (exact, *(Shelling(ceiling.geometry, CONFIG.replace({"icu.tile_bits": bits}), cell=CELL,
-                                           by_code=True) for bits in (2, 3))):
-            casts = [shelling.cast(ceiling.record(point), sections) for point in POINTS]
-            totals.append(sum((one for _, counts in casts for one in counts), ShellingCounts()))
-            if shelling is exact:
-                expected = [hits for hits, _ in casts]
-            elif any(len(hits.differences(other)) for (hits, _), other in zip(casts, expected, strict=True)):
-                raise SystemExit(f"error: {name}: codes change the hits")
-        cells, sent = ([getattr(one, field) for one in totals] for field in ("cells", "grid_rays"))
-        rows.append(f"| {name} | {clusters} | {cells[0] / len(POINTS):.0f} "
-                    f"| {' | '.join(f'{100 * (more / cells[0] - 1):+.1f} %' for more in cells[1:])} "
-                    f"| {sent[0] / len(POINTS):.0f} "
-                    f"| {' | '.join(f'{100 * (more / sent[0] - 1):+.0f} %' for more in sent[1:])} "
-                    f"| {100 * (totals[1].patches / totals[0].patches - 1):+.1f} % |")
-    return rows
-
-
-def owned(ceiling: Ceiling, record, sections: tuple[Sector, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Grid rays and turns of each cluster if each grid ray is sent out once, by the section that it is in."""
-    memory = RayMemory(len(record), CONFIG)
-    tests, whole = ceiling.shelling.tests(record, memory), Sector.whole(record)
-    cluster = ceiling.shelling.cluster(record, whole)
-    owner = np.empty((record.rows, record.columns), dtype=np.int64)
-    for number, section in enumerate(sections):
-        owner[section.mask(record)] = number
-    sent, turns = np.zeros((2, len(sections)), dtype=np.int64)
-    for position in cluster.schedule(None, tests.window):
-        seen = memory.inverse
-        stage = cluster.explore(*position, seen)
-        if stage is None:
-            continue
-        if stage.shell > 1:
-            unit = CellTraversalUnit(record, ceiling.shelling.table)
-            rays = unit.rays(stage.shell)
-            pyramid = SettlePyramid.of(seen.reshape(owner.shape), whole, CONFIG)
-            going = survivors_by_code(rays, pyramid, unit.threshold(stage.shell, CONFIG), whole, record)
-            row = np.clip(rays.row_position >> INDEX_FRACTION, 0, record.rows - 1)
-            of = owner[row[:, None], rays.column_position >> INDEX_FRACTION][going]
-            begin, end = unit.borders(stage.shell)
-            table = ceiling.shelling.table
-            walk = Traversal(table.position(record.origin), global_directions(rays.direction[going], record),
-                             begin=begin, end=end, shape=table.shape)
-            sent += np.bincount(of, minlength=len(sections))
-            # A ray that never comes to the grid takes a turn too.
-            turns += np.bincount(np.delete(of, walk.ray), minlength=len(sections))
-            while len(walk.ray):
-                turns += np.bincount(of[walk.ray], minlength=len(sections))
-                walk.advance()
-        tests.run(stage, whole, ShellingCounts())
-    return sent, turns
-
-
-def shared(ceiling: Ceiling, record, sections: tuple[Sector, ...]) -> int:
-    """Patches that more than one section sees, counted once for each section after the first."""
-    window = ceiling.shelling.tests(record, RayMemory(len(record), CONFIG)).patches.window
-    seen = sum((section_clip(window, section, record).rays > 0).astype(int) for section in sections)
-    return int(np.maximum(seen - 1, 0).sum())
-
-
 def balance(name: str, ceiling: Ceiling) -> list[str]:
-    """The busiest cell traversal beside the busiest intersection."""
-    rows = []
+    """The busiest cell traversal beside the busiest intersection, with single and with four look-ups, by clusters."""
+    cells = []
     for clusters in CLUSTERS:
         plan, pipelines = ceiling.plan(clusters), CONFIG.ctu.traversal_pipelines(clusters)
         casts = [ceiling.shelling.cast(ceiling.record(point), plan.partition.sections, plan.subshells)[1]
@@ -133,27 +63,9 @@ def balance(name: str, ceiling: Ceiling) -> list[str]:
             return np.array([max(map(cycles, counts)) for counts in casts])
 
         icu = worst(patch_cycles)
-        turns = worst(lambda one: one.passes)
-        parts = [worst(lambda one: one.scanned), worst(lambda one: 2 * one.grid_rays), -(-turns // pipelines), turns]
-        designs = [worst(lambda one, rates=rates, lanes=lanes: rates.cycles(one, lanes)) for rates, lanes in (
-            (SLOW_BLIND, pipelines), (SLOW, pipelines), (FAST, pipelines), (FASTER, pipelines), (FASTER, 1))]
-        sent, owned_passes = (np.mean([one.max() for one in each]) for each in zip(
-            *(owned(ceiling, ceiling.record(point), plan.partition.sections) for point in POINTS), strict=True))
-        forwarded = np.mean([shared(ceiling, ceiling.record(point), plan.partition.sections) for point in POINTS])
-        rows.append(f"| {name} | {clusters} | {pipelines} | {icu.mean():.0f} "
-                    f"| {' | '.join(f'{part.mean():.0f}' for part in parts)} "
-                    f"| {' | '.join(_ratio(design, icu) for design in designs)} "
-                    f"| {2 * sent:.0f} | {owned_passes / pipelines:.0f} | {forwarded:.0f} |")
-    return rows
-
-
-def by_clusters(balances: list[str]) -> list[str]:
-    """Designs B and C with the numbers of clusters side by side."""
-    cells = {}
-    for row in balances:
-        values = [cell.strip() for cell in row.strip("|").split("|")]
-        cells.setdefault(values[0], []).append(f"{values[9]}, {values[10]}")
-    return [f"| {name} | {' | '.join(found)} |" for name, found in cells.items()]
+        cells.append(", ".join(_ratio(worst(lambda one, rates=rates, lanes=pipelines: rates.cycles(one, lanes)), icu)
+                               for rates in (SLOW, FAST)))
+    return [f"| {name} | {' | '.join(cells)} |"]
 
 
 def _ratio(cycles, against):
@@ -297,43 +209,28 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
     """Compare cell traversal with intersection, cycle by cycle; SCENES default to the thesis' five."""
     ceilings = {name: Ceiling(name, CONFIG, by_code=True) for name in scenes or SCENES}
     tables = []
-    for measure in survival, slots, balance, overlap:
+    for measure in slots, balance, overlap:
         tables.append([row for name, ceiling in ceilings.items() for row in measure(name, ceiling)])
         console().note("\n".join(tables[-1]))
-    codes, again, balances, overlaps = tables
+    again, balances, overlaps = tables
     policies = " | ".join(f"{at_once} at once, ahead {ahead}" for at_once, ahead in WAYS)
     write_report(output, [
         "# Cell traversal", "", provenance("numpy") + ".", "",
         f"Hemispheres of {HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, from points 4, 7, 10 and 13 of "
         f"the ceiling, sections and subshells from point 1 (ratio {RATIO}). Cycles are golden's counts at the stated "
         "rates.", "",
-        "## Survival by settle codes", "",
-        f"{CONFIG.icu.settle_bits}-bit codes of squares of 4 x 4 and of 8 x 8 rays against exact inverse distances "
-        "of single rays, in barrier order; the hits are the same. Cells and grid rays per frustum.", "",
-        "| scene | clusters | cells | 4 x 4 | 8 x 8 | grid rays sent | 4 x 4 | 8 x 8 | patches found, 4 x 4 |",
-        "|---" * 9 + "|", *codes, "",
         "## Slots of the ray memory", "",
         "Point 4, one cluster, subshells, barrier order: grid rays that there are, those sent with a slot for each, "
         "and how many more with so many slots (`ctu.ray_slots`).", "",
         f"| scene | grid rays | sent | {' | '.join(map(str, SLOTS))} |", "|---" * (3 + len(SLOTS)) + "|", *again, "",
         "## The busiest cell traversal beside the busiest intersection", "",
-        "Mean over the points.", "",
-        "* ICU: max(cycles of the window walks, 4 x patches).",
-        "* Looked at: grid rays in sector and window of each shell, sent or not.",
-        "* Turns: cell steps, and one for a ray that begins outside the grid for good.",
-        f"* Designs, CTU : ICU, and in how many of the {len(POINTS)} frusta the CTU takes longer (bold): *A* max(2 x "
-        "sent, turns / pipelines); *B* the same, and one grid ray looked at per cycle; *C* one sent and four looked at "
-        "per cycle; *D* one sent and eight looked at; *E* as D with one pipeline.",
-        "* One owner: each grid ray is sent by the section that it is in, and the patches found are forwarded to the "
-        "other sections that see them: the busiest cluster's 2 x sent and turns / pipelines, and patches forwarded.",
-        "",
-        "| scene | clusters | pipelines | ICU | looked at | 2 x sent | turns / pipelines | turns | A | B | C | D | E "
-        "| owner: 2 x sent | owner: turns / pipelines | forwarded |", "|---" * 16 + "|", *balances, "",
-        "Designs B and C alone:", "",
-        f"| scene | {' | '.join(map(str, CLUSTERS))} |", "|---" * (1 + len(CLUSTERS)) + "|",
-        *by_clusters(balances), "",
+        "CTU : ICU, means over the points, and in how many of the frusta the CTU takes longer (bold): max(2 x grid "
+        "rays sent, grid rays looked at, turns / pipelines), and with one sent and four looked at in a cycle. Turns "
+        "are cell steps, and one for a ray that begins outside the grid for good. ICU: max(cycles of the window "
+        "walks, 4 x patches).", "",
+        f"| scene | {' | '.join(map(str, CLUSTERS))} |", "|---" * (1 + len(CLUSTERS)) + "|", *balances, "",
         "## Overlap", "",
-        f"Cycles of the busiest cluster, design C, point 4; {MEMORY} cycles from a cell to its patches and "
+        f"Cycles of the busiest cluster, four look-ups, point 4; {MEMORY} cycles from a cell to its patches and "
         f"{INTERSECTION} from there to the settle map. The hits are the same.", "",
         "* Ahead n, a run-ahead depth of n: a shell of a subshell begins when the hits of all but the n shells before "
         "it are known, and survival uses the hits known then. The first column has a barrier after each shell.",

@@ -1,37 +1,23 @@
 """What the network's benchmarks make of their measurements."""
 
 import numpy as np
-import pytest
 
-from benchmarks.network import Traffic, assignments, by_position, distances, links, mean
+from benchmarks.network import Traffic, distances, links, mean
 from benchmarks.network_load import Case, Curve, saturations
 from benchmarks.traffic import Measurement
-from benchmarks.traversal import by_clusters
 from golden.engine.noc.topology import Topology
 from golden.engine.schedule.assignment import simple
-from golden.engine.schedule.sections import cut_sections
-
-
-@pytest.mark.parametrize("clusters", [1, 2, 4, 8, 16, 32, 64])
-def test_sections_side_by_side_are_nodes_side_by_side(clusters):
-    topology = Topology.of("torus", clusters)
-    sections = cut_sections(np.ones((64, 256)), clusters=clusters).sections
-    columns, rows = topology.coordinates[by_position(clusters)].T
-    assert [section.first_column for section in sections] == (columns * 256 // topology.columns).tolist()
-    assert [section.first_row for section in sections] == (rows * 64 // topology.rows).tolist()
 
 
 def test_links_are_counted_for_requests_to_others():
     between = np.zeros((4, 4), dtype=int)
     between[0] = 100, 3, 0, 5
-    traffic = Traffic(between, 7, between)
+    traffic = Traffic(between)
     counts = distances(traffic, Topology("ring", 4, 1), simple(4))
     assert counts[:3].tolist() == [0, 8, 0]
     assert distances(traffic, Topology("mesh", 4, 1), simple(4))[:4].tolist() == [0, 3, 0, 5]
     assert mean(distances(traffic, Topology("mesh", 4, 1), simple(4))) == 18 / 8
     assert traffic.remote.sum() == 8
-    for processor in assignments(traffic, Topology.of("mesh", 4)).values():
-        assert sorted(processor) == [0, 1, 2, 3]
 
 
 def curve(*latencies):
@@ -52,10 +38,5 @@ def test_networks_stand_side_by_side():
     row = saturations(curves)[-2]
     assert row == "| 4 x 4, uniform, 1 | 11.0 (12.5) | 0.400 (0.660) | 0.600 (0.749) |  | 0.600 |  |"
     between = np.array([[9, 8, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]])
-    traffic = Traffic(between, 0, between)
+    traffic = Traffic(between)
     assert links({("lobby", 4): traffic})[-2] == f"| lobby | 4 {'| 1.00, 1.000 ' * 5}|"
-
-
-def test_designs_stand_side_by_side():
-    rows = [f"| lobby | {count} | 2 | 3 | 4 | 5 | 6 | 7 | A | B{count} | C{count} | D |" for count in (1, 2)]
-    assert by_clusters(rows) == ["| lobby | B1, C1 | B2, C2 |"]
