@@ -196,11 +196,11 @@ def _third_times(prepared, config):
     return times
 
 
-def simulated_cuts(rows: Iterable[CutRow], *, folder: Path | None = None) -> Iterator[tuple[CutRow, int]]:
-    """Each row, with the cycles of the slowest simulated cluster; casts are kept in a folder, if there is one."""
+def simulated_cuts(rows: Iterable[CutRow]) -> Iterator[tuple[CutRow, int]]:
+    """Each row, with the cycles of the slowest simulated cluster."""
     for row in rows:
         config = cut_config(row.clusters, row.topology, row.store)
-        prepared = prepare_cut(row.scene, config, cell=row.cell, folder=folder, tiles=row.store > 0)
+        prepared = prepare_cut(row.scene, config, cell=row.cell, tiles=row.store > 0)
         if row.sets == "first":
             prepared = replace(prepared, home=np.zeros_like(prepared.home))
         times = _third_times(prepared, config) if row.store else simulate_cut(prepared, config)

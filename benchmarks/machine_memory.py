@@ -8,7 +8,6 @@ screens of 128 x 128. Clusters with a patch store have the lists of a job, of wh
 import csv
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -83,8 +82,8 @@ def recorded_memory() -> tuple[MemoryRow, ...]:
                      for row in csv.DictReader(file))
 
 
-def simulated_memory(rows: tuple[MemoryRow, ...], *, folder: Path | None = None) -> Iterator[tuple[MemoryRow, int]]:
-    """Each row, with its simulated cycles; casts are kept in a folder, if there is one."""
+def simulated_memory(rows: tuple[MemoryRow, ...]) -> Iterator[tuple[MemoryRow, int]]:
+    """Each row, with its simulated cycles."""
     for row in rows:
         config = simulation_config(PRESETS[row.preset].replace({"memsys.store_patches": row.store}), clusters=1,
                                    topology="mesh", rays=_RAYS[0] * _RAYS[1])
@@ -98,7 +97,7 @@ def simulated_memory(rows: tuple[MemoryRow, ...], *, folder: Path | None = None)
         if config.ctu.subshells:
             plan = machine_schedule(record, geometry, shelling.table, config, ratio=_RATIO)
             home, (subshells,) = plan.sets.residence(len(geometry))[0], plan.subshells
-        store = CastStore(shelling, config, timing, folder=folder)
+        store = CastStore(shelling, config, timing)
         trace = store.cast(record, Sector.whole(record), subshells).trace
         fetched, stores = np.tile(trace.patch[home[trace.patch] < 0], _BEFORE), {}
         if row.store:

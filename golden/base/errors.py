@@ -1,8 +1,9 @@
 """The error that the user can correct, and checks of types."""
 
+from collections.abc import Iterable
 from numbers import Integral
 
-__all__ = ["InputError", "InputWarning", "check_int"]
+__all__ = ["InputError", "InputWarning", "check_choice", "check_int"]
 
 
 class InputError(ValueError):
@@ -30,13 +31,29 @@ class InputWarning(UserWarning):
     """
 
 
-def check_int(name: str, value: object) -> None:
-    """``value`` is a whole number; bool is none.
+def check_choice(name: str, value: object, known: Iterable[str], *, parameter: str | None = None) -> None:
+    """``value`` is one of the names that are known.
+
+    Raises
+    ------
+    InputError
+        It is not, see there for ``parameter``; ``name`` has the subject before it.
+    """
+    if value not in known:
+        raise InputError(f"{name} must be one of {', '.join(known)}, not {value!r}", parameter=parameter)
+
+
+def check_int(name: str, value: object, *, least: int | None = None) -> None:
+    """``value`` is a whole number, not below ``least``; bool is none.
 
     Raises
     ------
     TypeError
-        It is not.
+        It is no whole number.
+    InputError
+        It is below ``least``.
     """
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise TypeError(f"{name} must be an int, not {value!r}")
+    if least is not None and value < least:
+        raise InputError(f"{name} must be at least {least}, not {value!r}")

@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from golden.engine.config import PRESETS
 from radiosity.flow.package.core_files import write_core
 from radiosity.flow.package.tops import TOPS
@@ -42,9 +42,7 @@ def export_verilog(folder: str | os.PathLike[str], *, top: str = "engine", prese
         There is no such top, preset or parameter, or a value is out of range.
     """
     for name, value, known in (("top", top, TOPS), ("preset", preset, PRESETS)):
-        if value not in known:
-            raise InputError(f"verilog: {name.capitalize()} must be one of {', '.join(known)}, not {value!r}",
-                             parameter=name)
+        check_choice(f"verilog: {name.capitalize()}", value, known, parameter=name)
     if period is not None and not 0.1 <= period < float("inf"):
         raise InputError(f"verilog: Period must be at least 0.1 ns, not {period!r}", parameter="period")
     config = PRESETS[preset].with_parameters(f"{path}={value}" for path, value in (parameters or {}).items())

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from golden.engine.config import PRESETS
 from golden.engine.frustum.frustum_choice import FrustumChoice
 from golden.scene.scene import Scene
@@ -65,9 +65,8 @@ def machine(scene: Scene, *, origin: tuple[float, float, float] | None = None,
     """
     for name, value, known in (("preset", preset, PRESETS), ("topology", topology, TOPOLOGIES),
                                ("policy", policy, POLICIES)):
-        if value is not None and value not in known:
-            raise InputError(f"machine: {name.capitalize()} must be one of {', '.join(known)}, not {value!r}",
-                             parameter=name)
+        if value is not None:
+            check_choice(f"machine: {name.capitalize()}", value, known, parameter=name)
     for name, count in (("casts", casts), ("latency", latency)):
         if isinstance(count, bool) or not 1 <= count <= 10_000:
             raise InputError(f"machine: {name.capitalize()} must be 1 to 10000, not {count!r}", parameter=name)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import check_choice
 from golden.engine.cast.methods import FIXED_METHODS
 from golden.engine.config import PRESETS
 from golden.light.photometry.sensors import Sensors
@@ -54,9 +54,7 @@ def visible(scene: Scene, *, origin: tuple[float, float, float] | None = None, p
         frusta = FIXED_METHODS[method](scene, *([cell] if method == "shelling" else []))
         return ~frusta.shadows(rays, least=1).blocked
     for name, value, known in ("method", method, [*FIXED_METHODS, "machine"]), ("preset", preset, PRESETS):
-        if value not in known:
-            raise InputError(f"visible: {name.capitalize()} must be one of {', '.join(known)}, not {value!r}",
-                             parameter=name)
+        check_choice(f"visible: {name.capitalize()}", value, known, parameter=name)
     check_clusters(clusters)
     given = parameters or {}
     config = simulation_config(PRESETS[preset].with_parameters(f"{path}={value}" for path, value in given.items()),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.errors import InputError, check_int
+from golden.base.errors import InputError, check_choice, check_int
 from golden.engine.noc.routing import Routing
 from golden.engine.noc.topology import NOWHERE
 
@@ -28,12 +28,9 @@ def check_routers(*, buffer_flits: int, messages: int, arbitration: str, router_
     TypeError
         Entries or kinds are no int.
     """
-    if arbitration not in ARBITRATIONS:
-        raise InputError(f"network: Arbitration must be one of {', '.join(ARBITRATIONS)}, not {arbitration!r}")
+    check_choice("network: Arbitration", arbitration, ARBITRATIONS)
     for name, value in (("Buffer flits", buffer_flits), ("Messages", messages)):
-        check_int(f"network: {name}", value)
-        if value < 1:
-            raise InputError(f"network: {name} must be at least 1, not {value!r}")
+        check_int(f"network: {name}", value, least=1)
     if router_cycles not in (1, 2):
         raise InputError(f"network: Router cycles must be 1 or 2, not {router_cycles!r}")
 

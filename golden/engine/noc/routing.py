@@ -103,9 +103,7 @@ def route(topology: Topology, virtual_channels: int) -> Routing:
 
     Source: Shen 1993, section 5.2.3.2 (mesh); Dally and Seitz 1987 (dateline).
     """
-    check_int("network: Virtual channels", virtual_channels)
-    if virtual_channels < 1:
-        raise InputError(f"network: Virtual channels must be at least 1, not {virtual_channels!r}")
+    check_int("network: Virtual channels", virtual_channels, least=1)
     classes = classes_needed(topology)
     if virtual_channels == 1:
         classes = 1

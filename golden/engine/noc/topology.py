@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from golden.base.errors import InputError, check_int
+from golden.base.errors import InputError, check_choice, check_int
 
 __all__ = ["LOCAL", "TOPOLOGIES", "Dimension", "Link", "Topology", "grid_shape"]
 
@@ -95,10 +95,9 @@ class Topology:
     rows: int
 
     def __post_init__(self):
-        if self.name not in TOPOLOGIES:
-            raise InputError(f"network: Topology must be one of {', '.join(TOPOLOGIES)}, not {self.name!r}")
+        check_choice("network: Topology", self.name, TOPOLOGIES)
         for label, value in (("Columns", self.columns), ("Rows", self.rows)):
-            _check_positive(label, value)
+            check_int(f"network: {label}", value, least=1)
         if self.name == "hypercube" and self.nodes & (self.nodes - 1):
             raise InputError(f"network: Nodes of a hypercube must be a power of two, not {self.nodes!r}")
 
@@ -111,7 +110,7 @@ class Topology:
         InputError
             As the constructor.
         """
-        _check_positive("Nodes", nodes)
+        check_int("network: Nodes", nodes, least=1)
         return cls(name, *grid_shape(nodes))
 
     def __str__(self) -> str:
@@ -188,9 +187,3 @@ class Topology:
             count[~reached] += 1
             reached |= reached @ linked > 0
         return count
-
-
-def _check_positive(label, value):
-    check_int(f"network: {label}", value)
-    if value < 1:
-        raise InputError(f"network: {label} must be at least 1, not {value!r}")

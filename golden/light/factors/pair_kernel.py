@@ -7,47 +7,45 @@ import numpy as np
 
 from golden.base.compiled import compiled
 
-__all__ = ["candidates", "exchange", "exchange_of_far", "gauss_point", "heights", "may_exceed", "nearness",
-           "plane"]
+__all__ = ["candidates", "exchange", "exchange_of_far", "gauss_point", "heights", "nearness", "plane"]
 
 # A corner whose distance from the other patch's plane is below this share of the pair's size counts as in the plane.
 _IN_PLANE = 1e-12
 
 
 @compiled
-def may_exceed(row, x, y, z, nx, ny, nz, radius, area, column, cx, cy, cz, mx, my, mz, reach, size, limit, all_pairs):
-    """Whether a row measures its pair with a column, and balls around both allow a factor above the limit.
+def candidates(rows, centre, normal, radius, area, limit, all_pairs):
+    """The rows and columns, in order, of the pairs that a row measures and whose balls allow a factor above the limit.
 
     The smaller patch measures, of equal ones either by parity; if ``all_pairs`` any row does.
 
     Parameters
     ----------
-    row, x, y, z, nx, ny, nz, radius, area
-        Number of the row's side; its centre, normal, radius and area.
-    column, cx, cy, cz, mx, my, mz, reach, size
-        The same of the column.
+    rows
+        Numbers of sides.
+    centre, normal, radius, area
+        Of all N sides: their balls, their planes' normals, and their areas.
     """
-    dx, dy, dz = cx - x, cy - y, cz - z
-    gap = np.sqrt(dx * dx + dy * dy + dz * dz) - reach - radius
-    # Heights of the balls over each other's planes.
-    over_row, over_column = (dx * nx + dy * ny + dz * nz) + reach, radius - (dx * mx + dy * my + dz * mz)
-    large = size * np.minimum(over_row, gap) * np.minimum(over_column, gap) > limit * np.pi * (gap * gap) * (gap * gap)
-    excess = size / area - 1
-    owns = (excess > 1e-9) | ((np.abs(excess) <= 1e-9) & (((row + column) % 2 == 0) == (row < column)))
-    return (owns | all_pairs) & (over_row > 0) & (over_column > 0) & (large | (gap <= 0))
-
-
-@compiled
-def candidates(rows, centre, normal, radius, area, limit, all_pairs):
-    """The rows and columns of the pairs that `may_exceed`, in order."""
     row_of, column_of = np.empty((2, len(rows) * len(area)), dtype=np.int64)
     found = 0
     for row in rows:
         for column in range(len(area)):
-            if may_exceed(row, centre[row, 0], centre[row, 1], centre[row, 2], normal[row, 0], normal[row, 1],
-                          normal[row, 2], radius[row], area[row], column, centre[column, 0], centre[column, 1],
-                          centre[column, 2], normal[column, 0], normal[column, 1], normal[column, 2], radius[column],
-                          area[column], limit, all_pairs):
+            over_row = over_column = square = 0.0
+            for axis in range(3):
+                way = centre[column, axis] - centre[row, axis]
+                square += way * way
+                over_row += way * normal[row, axis]
+                over_column += way * normal[column, axis]
+            gap = np.sqrt(square) - radius[column] - radius[row]
+            # Heights of the balls over each other's planes.
+            over_row, over_column = over_row + radius[column], radius[row] - over_column
+            if over_row <= 0 or over_column <= 0:
+                continue
+            large = area[column] * min(over_row, gap) * min(over_column, gap) > limit * np.pi * (gap * gap) * (
+                gap * gap)
+            excess = area[column] / area[row] - 1
+            owns = excess > 1e-9 or (abs(excess) <= 1e-9 and ((row + column) % 2 == 0) == (row < column))
+            if (owns or all_pairs) and (large or gap <= 0):
                 row_of[found], column_of[found] = row, column
                 found += 1
     return row_of[:found].copy(), column_of[:found].copy()

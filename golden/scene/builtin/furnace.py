@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin.shapes import FACES, box
 from golden.scene.camera import Camera
@@ -33,8 +33,8 @@ def furnace(size: int = 8, *, diffuse: float = 0.5, emission: float = 1.0, emitt
     """
     if size < 1:
         raise InputError(f"furnace: Size must be at least 1, not {size!r}")
-    if emitter is not None and emitter not in FACES:
-        raise InputError(f"furnace: Emitter must be one of {', '.join(FACES)}, not {emitter!r}")
+    if emitter is not None:
+        check_choice("furnace: Emitter", emitter, FACES)
     wall = Material(name="wall", diffuse=(diffuse,) * 3, emission=(emission if emitter is None else 0.0,) * 3)
     light = Material(name="emitter", emission=(emission,) * 3)
     builder = SceneBuilder("furnace")

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from golden.base.input_warnings import warn
 from golden.scene.lights import DirectionalLight
 from golden.scene.material import BRIGHTEST
@@ -66,8 +66,7 @@ class Daylight:
     north: tuple[float, float, float] | None = None
 
     def __post_init__(self):
-        if self.sky not in SKIES:
-            raise InputError(f"daylight: Sky must be one of {', '.join(SKIES)}, not {self.sky!r}", parameter="sky")
+        check_choice("daylight: Sky", self.sky, SKIES, parameter="sky")
         if self.sun is not None and not (np.isfinite(self.sun).all() and -90 <= self.sun[1] <= 90):
             raise InputError(f"daylight: Sun must be an azimuth and an elevation of -90 to 90 degrees, not "
                              f"{self.sun!r}", parameter="sun")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.errors import InputError, check_int
+from golden.base.errors import InputError, check_choice, check_int
 from radiosity.machines.common.nodes import check_power_of_two
 
 __all__ = ["ASSIGNMENTS", "Assignment", "assign", "check_nodes", "of_rows", "shares"]
@@ -98,8 +98,7 @@ def assign(kind: str, patches: int, nodes: int, *, seed: int = 0) -> Assignment:
 
     Source: Kurc 1997, section 2.4.1.
     """
-    if kind not in ASSIGNMENTS:
-        raise InputError(f"gather: Assignment must be one of {', '.join(ASSIGNMENTS)}, not {kind!r}")
+    check_choice("gather: Assignment", kind, ASSIGNMENTS)
     check_int("Patches", patches)
     check_nodes(nodes, patches)
     sequence = np.arange(patches)

@@ -41,9 +41,7 @@ def event_heap(capacity: int) -> EventHeap:
     ValueError
         It is below 1.
     """
-    check_int("Capacity", capacity)
-    if capacity < 1:
-        raise ValueError(f"Capacity must be at least 1, not {capacity!r}")
+    check_int("Capacity", capacity, least=1)
     return EventHeap(np.zeros((capacity, 4), dtype=np.int64), np.zeros(2, dtype=np.int64))
 
 

@@ -24,10 +24,7 @@ class TimingNumbers:
     def __post_init__(self):
         for field in fields(self):
             value, name = getattr(self, field.name), field.name.replace("_", "-").capitalize()
-            check_int(name, value)
-            least = self._least(field.name)
-            if value < least:
-                raise ValueError(f"{name} must be at least {least}, not {value!r}")
+            check_int(name, value, least=self._least(field.name))
 
     def _least(self, name):
         return int(name in self.POSITIVE)

@@ -31,8 +31,6 @@ class GatherMachine:
         The patches.
     rays
         Azimuths and polar angles of the hemispheres, from the middle of each patch.
-    timing
-        Of a node.
     progress
         Shows a progress bar after two seconds.
 
@@ -42,21 +40,19 @@ class GatherMachine:
         The numbers of rays are out of range.
     """
 
-    def __init__(self, scene: Scene, *, rays: tuple[int, int], timing: NodeTiming | None = None,
-                 progress: bool = False):
-        self._scene, self._timing = scene, timing or NodeTiming()
+    def __init__(self, scene: Scene, *, rays: tuple[int, int], progress: bool = False):
         caster = frustum_caster(scene, "grid", progress=progress)
         rows = PatchRows(scene, caster, rays=rays, progress=progress)
         self.system = RadiositySystem(
             form_factors=rows.rows(np.arange(len(scene))), reflectance=np.minimum(scene.channels("diffuse"), 1),
             emission=scene.channels("emission"), area=scene.areas)
-        self.work = ProjectionWork(scene, self._timing)
+        self.work = ProjectionWork(scene, NodeTiming())
 
     def run(self, scheme: GatherScheme, *, nodes: int, solver: str = "gauss-jacobi", completion: str | None = None,
             memory: NodeMemory | None = None) -> GatherRun:
         """Simulate both phases, see `simulate_gather`."""
         return simulate_gather(self.system, self.work, scheme, nodes=nodes, solver=solver, completion=completion,
-                               timing=self._timing, memory=memory)
+                               timing=self.work.timing, memory=memory)
 
 
 def row_frames(run: GatherRun) -> np.ndarray:

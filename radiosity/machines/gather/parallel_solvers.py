@@ -5,7 +5,7 @@ from math import fsum
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from golden.light.solvers import TOLERANCE
 from radiosity.machines.gather.node_matrix import NodeMatrix
 
@@ -45,9 +45,7 @@ def check_completion(matrix: NodeMatrix, completion: str) -> None:
     InputError
         It is none, or a row is shared by more than two nodes: a message to the next node then misses some.
     """
-    if completion not in COMPLETIONS:
-        raise InputError(f"gather: Completion must be one of {', '.join(COMPLETIONS)}, not {completion!r}",
-                         parameter="completion")
+    check_choice("gather: Completion", completion, COMPLETIONS, parameter="completion")
     if completion == "shift" and matrix.sharers > 2:
         raise InputError(f"gather: Completion must be merge for a row that {matrix.sharers} nodes share, not 'shift'",
                          parameter="completion")
@@ -80,8 +78,7 @@ def solve_channel(solver: str, matrix: NodeMatrix, *, reflectance: np.ndarray, e
 
     Source: Kurc 1997, sections 2.5.1, 2.5.2 and 2.6; Eq. 2.12 for the error.
     """
-    if solver not in PARALLEL_SOLVERS:
-        raise InputError(f"gather: Solver must be one of {', '.join(PARALLEL_SOLVERS)}, not {solver!r}")
+    check_choice("gather: Solver", solver, PARALLEL_SOLVERS)
     check_completion(matrix, completion)
     states = PARALLEL_SOLVERS[solver](_Rows(matrix, completion), reflectance, emission, area)
     for iteration in range(1, most + 1):

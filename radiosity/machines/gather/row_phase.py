@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.errors import InputError, check_int
+from golden.base.errors import InputError, check_choice, check_int
 from radiosity.machines.common.assignment import ASSIGNMENTS, Assignment, assign, of_rows
 from radiosity.machines.common.collectives import reduction
 from radiosity.machines.common.hypercube import WORDS, Hypercube
@@ -50,8 +50,7 @@ class GatherScheme:
 
     def __post_init__(self):
         for label, value, known in (("Scheme", self.name, SCHEMES), ("Assignment", self.assignment, ASSIGNMENTS)):
-            if value not in known:
-                raise InputError(f"gather: {label} must be one of {', '.join(known)}, not {value!r}", parameter=label)
+            check_choice(f"gather: {label}", value, known, parameter=label)
         for label, value, least in (("Granularity", self.granularity, 1), ("Seed", self.seed, 0)):
             check_int(label, value)
             if value < least:

@@ -37,8 +37,6 @@ class KoanMachine:
         Width and height of the picture.
     cell
         Cell size as a share of the scene's longest side; by default that of `koan_cell`.
-    work
-        Of rays.
     progress
         Shows a progress bar after two seconds.
 
@@ -48,12 +46,11 @@ class KoanMachine:
         The cell or the size is out of range.
     """
 
-    def __init__(self, scene: Scene, *, size: tuple[int, int], cell: float | None = None, work: RayWork | None = None,
-                 progress: bool = False):
+    def __init__(self, scene: Scene, *, size: tuple[int, int], cell: float | None = None, progress: bool = False):
         self._grid = Grid(scene, koan_cell(scene) if cell is None else cell, progress=progress)
         self.patches, self._strings = len(scene), {}
         self.traced: PixelRays = pixel_rays(scene, self._grid, size=size)
-        self.work = (work or RayWork()).of_groups(self.traced.hits, self.traced.pixel, size[0] * size[1])
+        self.work = RayWork().of_groups(self.traced.hits, self.traced.pixel, size[0] * size[1])
 
     def string(self, page_bytes: int) -> tuple[ScenePages, PageString]:
         """The pages of the scene, and the references of each pixel to them."""

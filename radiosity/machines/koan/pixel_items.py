@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from golden.base.errors import InputError, check_int
+from golden.base.errors import InputError, check_choice, check_int
 
 __all__ = ["MOST_PIXELS", "SCHEDULES", "PixelItems", "pixel_items", "tile_shape"]
 
@@ -70,8 +70,7 @@ def pixel_items(size: tuple[int, int], nodes: int, *, side: int = 3, schedule: s
     check_int("koan: Item", side)
     if side < 1:
         raise InputError(f"koan: Item must be at least 1 pixel along its side, not {side!r}", parameter="item")
-    if schedule not in SCHEDULES:
-        raise InputError(f"koan: Schedule must be one of {', '.join(SCHEDULES)}, not {schedule!r}")
+    check_choice("koan: Schedule", schedule, SCHEDULES)
     width, height = size
     for name, value in (("Width", width), ("Height", height)):
         if not 1 <= value <= MOST_PIXELS:

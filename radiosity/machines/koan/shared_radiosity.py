@@ -106,7 +106,7 @@ class _Nodes:
 
 
 def simulate_radiosity(system: RadiositySystem, string: PageString, work: np.ndarray, layout: ScenePages, *, nodes: int,
-                       frames: int, timing: PageTiming | None = None, tolerance: float = TOLERANCE) -> SharedRadiosity:
+                       frames: int, timing: PageTiming | None = None) -> SharedRadiosity:
     """Simulate the phase of form factors, and a solution by Gauss-Jacobi.
 
     A node makes the rows of its patches, a share of their sequence, and writes them to shared pages. In a step it reads
@@ -126,13 +126,11 @@ def simulate_radiosity(system: RadiositySystem, string: PageString, work: np.nda
         N, a power of two up to the patches, and the frames of a node's cache.
     timing
         Of faults and messages.
-    tolerance
-        See `iterate`.
 
     Raises
     ------
     InputError
-        Nodes, frames or the tolerance are out of range.
+        Nodes or frames are out of range.
 
     Source: Badouel 1991, section 5.
     """
@@ -150,7 +148,7 @@ def simulate_radiosity(system: RadiositySystem, string: PageString, work: np.nda
         own.append(len(items))
     machine.run(items, own)
     rows, counts, loaded = int(machine.ends.max()), machine.state.counted, [matrix]
-    solution = iterate(_sweeps(machine, loaded), tolerance=tolerance, max_steps=_MOST_STEPS)
+    solution = iterate(_sweeps(machine, loaded), tolerance=TOLERANCE, max_steps=_MOST_STEPS)
     return SharedRadiosity(factors=loaded[0], solution=solution, rows=rows, time=int(machine.ends.max()),
                            counts=(counts, machine.state.counted), state=machine.state)
 

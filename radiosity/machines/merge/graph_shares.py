@@ -13,7 +13,7 @@ _TRIALS, _PASSES, _MOVES, _SLACK = 8, 4, 50, 0.01
 _WHOLE = 1 << 24
 
 
-def graph_shares(loads: np.ndarray, edges: np.ndarray, levels: int, *, seed: int = 0) -> list[np.ndarray]:
+def graph_shares(loads: np.ndarray, edges: np.ndarray, levels: int) -> list[np.ndarray]:
     """The owners of the cells after each level: mesh x mesh int64; regions need not be connected.
 
     Each part is bisected: vertices are matched along their heaviest edges until about 100 are left, these are divided
@@ -28,8 +28,6 @@ def graph_shares(loads: np.ndarray, edges: np.ndarray, levels: int, *, seed: int
         2 x mesh x mesh float64: weights of the edges to the cell on the right and below.
     levels
         Levels of bisection.
-    seed
-        Of the order in which vertices are matched.
 
     Source: Kurc 1997, section 6.1.6.
     """
@@ -39,7 +37,8 @@ def graph_shares(loads: np.ndarray, edges: np.ndarray, levels: int, *, seed: int
     vertex = np.rint(loads.ravel() * scale).astype(np.int64)
     weights = np.rint(edges * scale).astype(np.int64)
     graph = _mesh_graph(vertex, weights, mesh)
-    rng = np.random.default_rng(seed)
+    # Of the order in which vertices are matched.
+    rng = np.random.default_rng(0)
     owner = np.zeros(mesh * mesh, dtype=np.int64)
     found = [owner.reshape(mesh, mesh)]
     for level in range(levels):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from radiosity.machines.common.assignment import shares
 
 __all__ = ["DIVISIONS", "LineShares", "divide_lines"]
@@ -60,8 +60,7 @@ def divide_lines(division: str, counts: np.ndarray, regions: int) -> LineShares:
     Source: Kurc 1997, section 4.5.
     """
     height = len(counts)
-    if division not in DIVISIONS:
-        raise InputError(f"merge: Division must be one of {', '.join(DIVISIONS)}, not {division!r}")
+    check_choice("merge: Division", division, DIVISIONS)
     if regions > height:
         raise InputError(f"merge: Nodes must be at most the {height} scanlines, not {regions}", parameter="nodes")
     order = np.arange(height)

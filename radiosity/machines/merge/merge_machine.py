@@ -5,7 +5,6 @@ import numpy as np
 from golden.cast.default_camera import default_camera
 from golden.light.image import label_colours
 from golden.scene.scene import Scene
-from radiosity.machines.common.node_timing import NodeTiming
 from radiosity.machines.merge.merge_run import MergeRun, MergeScheme, simulate_merge
 from radiosity.machines.merge.screen_triangles import project_scene
 from radiosity.machines.merge.volume_run import VolumeRun
@@ -25,18 +24,15 @@ class MergeMachine:
         The patches; without a camera it is seen as by ``render``.
     size
         Width and height of the screen.
-    timing
-        Of a node. Default: the iPSC/2's.
     """
 
-    def __init__(self, scene: Scene, *, size: tuple[int, int], timing: NodeTiming | None = None):
-        self._size, self._timing = dict(zip(("width", "height"), size, strict=True)), timing
+    def __init__(self, scene: Scene, *, size: tuple[int, int]):
+        self._size = dict(zip(("width", "height"), size, strict=True))
         self._triangles, self._number = project_scene(scene, scene.camera or default_camera(scene), *size)
 
     def run(self, scheme: MergeScheme, *, nodes: int, watch=None) -> MergeRun:
         """Simulate all phases, see `simulate_merge`."""
-        return simulate_merge(self._triangles, self._number, scheme, nodes=nodes, timing=self._timing, watch=watch,
-                              **self._size)
+        return simulate_merge(self._triangles, self._number, scheme, nodes=nodes, watch=watch, **self._size)
 
     def frames(self, scheme: MergeScheme, *, nodes: int) -> np.ndarray:
         """H x W x 3 uint8: the screen before the merge and after each step, up to 12 of all steps.

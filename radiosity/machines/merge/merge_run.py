@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from radiosity.machines.common.content_hash import content_hash
 from radiosity.machines.common.hypercube import MESSAGES, WORDS, hypercube
 from radiosity.machines.common.node_programs import run_program, work_step
@@ -49,8 +49,7 @@ class MergeScheme:
 
     def __post_init__(self):
         for label, value, known in (("Scheme", self.name, SCHEMES), ("Division", self.division, DIVISIONS)):
-            if value not in known:
-                raise InputError(f"merge: {label} must be one of {', '.join(known)}, not {value!r}", parameter=label)
+            check_choice(f"merge: {label}", value, known, parameter=label)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

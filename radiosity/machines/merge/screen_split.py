@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.base.compiled import compiled
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from radiosity.machines.merge.box_cuts import axes_of, cut_boxes
 from radiosity.machines.merge.graph_shares import graph_shares
 from radiosity.machines.merge.mesh_load import check_mesh, edge_loads, halve_mesh, hilbert_shares, mesh_loads
@@ -81,8 +81,7 @@ def split_screen(splitter: str, boxes: np.ndarray, weights: WorkWeights, *, node
 
     Source: Kurc 1997, section 6.1.
     """
-    if splitter not in SPLITTERS:
-        raise InputError(f"volume: Splitter must be one of {', '.join(SPLITTERS)}, not {splitter!r}")
+    check_choice("volume: Splitter", splitter, SPLITTERS)
     levels = nodes.bit_length() - 1
     if splitter not in MESHES:
         if mesh is not None:

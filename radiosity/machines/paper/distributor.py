@@ -34,10 +34,8 @@ class Distributor:
     """
 
     def __init__(self, *, levels: int, switch: int):
-        for name, value, least in (("Levels", levels, 0), ("Switch", switch, 0)):
-            check_int(name, value)
-            if value < least:
-                raise ValueError(f"{name} must be at least {least}, not {value!r}")
+        check_int("Levels", levels, least=0)
+        check_int("Switch", switch, least=0)
         self._delay = levels * switch
         self.root_words = self.link_words = self.free = 0
 

@@ -86,7 +86,7 @@ def simulate_steps(steps: Iterable[PreparedStep], config: Config, timing: PaperT
         if held is None:
             held = [set() for _ in step.plan.sectors]
             caches = [_cache(config, supply) for _ in held]
-        found.append(_simulate(step, config, timing, supply, held, caches))
+        found.append(_simulate(step, timing, supply, held, caches))
     return found
 
 
@@ -96,7 +96,7 @@ def _cache(config, supply):
     return Cache.of(config.memsys, lines=config.memsys.own_patches >> (supply is Supply.PUSHED))
 
 
-def _simulate(step, config, timing, supply, held, caches):
+def _simulate(step, timing, supply, held, caches):
     agenda, plan, clusters = Agenda(), step.plan, len(held)
     levels, memories = clusters.bit_length() - 1, []
     host = PatchHost(agenda, timing, levels=levels, accept=lambda cluster, patch: memories[cluster].accept(patch),

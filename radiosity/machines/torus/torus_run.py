@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from golden.base.errors import InputError, check_int
+from golden.base.errors import InputError, check_choice, check_int
 from radiosity.machines.common.content_hash import content_hash
 from radiosity.machines.common.event_heap import event_heap
 from radiosity.machines.common.nodes import MOST_NODES, spread_over_nodes
@@ -96,8 +96,7 @@ class TorusSetup:
         if not 0 <= self.least < 1:
             raise InputError(f"torus: Least must be at least 0 and below 1, not {self.least!r}")
         for label, value, known in (("Storage", self.storage, STORAGES), ("Growth-by", self.growth_by, GROWTHS)):
-            if value not in known:
-                raise InputError(f"torus: {label} must be one of {', '.join(known)}, not {value!r}", parameter=label)
+            check_choice(f"torus: {label}", value, known, parameter=label)
 
     @property
     def side(self) -> int:
@@ -246,7 +245,7 @@ def simulate_torus(scene: TorusScene, setup: TorusSetup, *, log: int = 0) -> Tor
         ts.append(state, 0, Node.OBJECTS, item)
     # A turn or a message of each node, and what fits the buffer of each link.
     heap = event_heap(setup.nodes * (4 + 4 * (setup.buffer // ts.LEAST_BYTES + 1)))
-    start_turns(heap, machine, state)
+    start_turns(heap, state)
     while True:
         ended, time = run_turns(heap, machine, state)
         if ended != FULL:

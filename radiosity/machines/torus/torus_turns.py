@@ -98,7 +98,7 @@ class Machine(NamedTuple):
 
 
 @compiled
-def start_turns(heap: EventHeap, machine: Machine, state: TorusState) -> None:
+def start_turns(heap: EventHeap, state: TorusState) -> None:
     """Node 0 creates the state packet, and a turn of each node is scheduled."""
     state.nodes[0, Node.HAS_PACKET] = 1
     for node in range(len(state.nodes)):

@@ -14,10 +14,20 @@ from tb.golden.light.factors.plates import plates
 
 def candidates_on_arrays(sides, rows, limit, all_pairs):
     """All pairs of rows and columns at once."""
-    every = (np.arange(len(sides)), *sides.centre.T, *sides.normal.T, sides.radius, sides.area)
-    row, column = np.nonzero(pair_kernel.may_exceed(*(value[rows][:, None] for value in every), *every, limit,
-                                                    all_pairs))
-    return rows[row], column
+    column, own = np.arange(len(sides)), (slice(None), None)
+    (dx, dy, dz), (nx, ny, nz) = sides.centre.T[:, None] - sides.centre[rows].T[..., None], sides.normal.T
+    mx, my, mz = nx[rows][own], ny[rows][own], nz[rows][own]
+    radius, area = sides.radius[rows][own], sides.area[rows][own]
+    gap = np.sqrt(dx * dx + dy * dy + dz * dz) - sides.radius - radius
+    over_row = (dx * mx + dy * my + dz * mz) + sides.radius
+    over_column = radius - (dx * nx + dy * ny + dz * nz)
+    large = sides.area * np.minimum(over_row, gap) * np.minimum(over_column, gap) > (
+        limit * np.pi * (gap * gap) * (gap * gap))
+    excess = sides.area / area - 1
+    odd = ((rows[own] + column) % 2 == 0) == (rows[own] < column)
+    measures = (excess > 1e-9) | ((np.abs(excess) <= 1e-9) & odd) | all_pairs
+    found, others = np.nonzero(measures & (over_row > 0) & (over_column > 0) & (large | (gap <= 0)))
+    return rows[found], others
 
 
 def far_on_arrays(first, second, limits, begin, rules, total, kind, over):
