@@ -31,6 +31,7 @@ from radiosity.flow.simulator.simulation_config import simulation_config
 from radiosity.flow.synthesis.history import ROOT
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_latencies import cluster_timing
+from radiosity.machines.engine.exploration_timing import exploration_timing
 from radiosity.machines.engine.job_latencies import bus_timing, joint_timing, store_timing
 from radiosity.machines.engine.joint_cast import joint_cast
 from radiosity.machines.engine.store_path import store_after
@@ -87,7 +88,8 @@ def simulated_memory(rows: tuple[MemoryRow, ...]) -> Iterator[tuple[MemoryRow, i
     for row in rows:
         config = simulation_config(PRESETS[row.preset].replace({"memsys.store_patches": row.store}), clusters=1,
                                    topology="mesh", rays=_RAYS[0] * _RAYS[1])
-        noc, timing = config.noc, cluster_timing(config)
+        noc, timing, joint = config.noc, cluster_timing(config), joint_timing(config)
+        bus, store = bus_timing(config, latency=row.latency), store_timing(config) if row.store else None
         geometry, record = _frustum(row, config)
         shelling = Shelling(geometry, config, cell=row.cell, by_code=True)
         if row.store:
@@ -97,18 +99,18 @@ def simulated_memory(rows: tuple[MemoryRow, ...]) -> Iterator[tuple[MemoryRow, i
         if config.ctu.subshells:
             plan = machine_schedule(record, geometry, shelling.table, config, ratio=_RATIO)
             home, (subshells,) = plan.sets.residence(len(geometry))[0], plan.subshells
-        store = CastStore(shelling, config, timing)
-        trace = store.cast(record, Sector.whole(record), subshells).trace
+        explored = exploration_timing(timing, joint, bus, store) if (home < 0).any() else timing
+        trace = CastStore(shelling, config, explored).cast(record, Sector.whole(record), subshells).trace
         fetched, stores = np.tile(trace.patch[home[trace.patch] < 0], _BEFORE), {}
-        if row.store:
+        if store:
             # The cache has served what the store had not.
-            store, fetched = store_after(row.store, fetched)
-            stores = {"store": store_timing(config), "stores": [store]}
+            kept, fetched = store_after(row.store, fetched)
+            stores = {"store": store, "stores": [kept]}
         cast = joint_cast(
-            [trace], home, timing, joint_timing(config), routing=route(_TOPOLOGY, noc.virtual_channels),
+            [trace], home, timing, joint, routing=route(_TOPOLOGY, noc.virtual_channels),
             buffer_flits=noc.buffer_flits, arbitration=noc.arbitration, router_cycles=noc.router_cycles,
-            slots=config.icu.slots, run_ahead=config.ctu.run_ahead, bus=bus_timing(config, latency=row.latency),
-            memsys=config.memsys, kept=fetched, **stores)
+            slots=config.icu.slots, run_ahead=config.ctu.run_ahead, bus=bus, memsys=config.memsys, kept=fetched,
+            **stores)
         yield row, cast.times[0].cycles
 
 

@@ -88,8 +88,8 @@ def test_the_thesis_machine_takes_the_cycles_of_the_hardware(monkeypatch):
 def test_all_frusta_with_main_memory_take_the_cycles_of_the_hardware():
     error = [abs(cycles / row.cycles - 1) for row, cycles in simulated_memory(recorded_memory())]
     assert len(error) == 12
-    assert np.mean(error) < 0.02
-    assert max(error) < 0.03
+    assert np.mean(error) < 0.01
+    assert max(error) < 0.015
 
 
 @pytest.mark.nightly
