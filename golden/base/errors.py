@@ -1,6 +1,6 @@
 """The error that the user can correct, and checks of types."""
 
-from collections.abc import Iterable
+from collections.abc import Collection
 from numbers import Integral
 
 __all__ = ["InputError", "InputWarning", "check_choice", "check_int"]
@@ -31,7 +31,7 @@ class InputWarning(UserWarning):
     """
 
 
-def check_choice(name: str, value: object, known: Iterable[str], *, parameter: str | None = None) -> None:
+def check_choice(name: str, value: object, known: Collection[str], *, parameter: str | None = None) -> None:
     """``value`` is one of the names that are known.
 
     Raises
