@@ -3,6 +3,7 @@
 from functools import cached_property
 
 from numba.core.registry import CPUDispatcher
+from numba.core.targetconfig import TargetConfig
 from numba.core.types import CPointer, uintp, unliteral
 
 from golden.base.kernel_cache import KernelCache
@@ -15,6 +16,23 @@ _WITHOUT_ENTRY = {**_OPTIONS, "no_cpython_wrapper": True}
 
 INLINED = {**_WITHOUT_ENTRY, "forceinline": True}
 """Options of a function that becomes a part of each kernel that calls it."""
+
+
+_compare = TargetConfig.__eq__
+
+
+def _equal(self, other):
+    """Whether two compilations have the same options.
+
+    numba looks them up for every operation of a function, and compares the values of all options, most of which are not
+    set: a fifth of a compilation.
+    """
+    return (type(self) is type(other) and self._values == other._values) or _compare(self, other)
+
+
+TargetConfig.__eq__ = _equal
+# numba's own hash is that of the options' names.
+TargetConfig.__hash__ = lambda self: hash(type(self))
 
 
 class _CachedDispatcher(CPUDispatcher):
