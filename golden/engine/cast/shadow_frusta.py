@@ -18,11 +18,11 @@ from golden.engine.scene.g_coordinates import GCoordinates
 
 __all__ = ["LEAST", "MOST_BITS", "shadow_ends", "shadow_frusta"]
 
-# Rays of a frustum, at least. Its grid has 2^FEWEST_BITS to 2^MOST_BITS positions an axis, with at most SHARE of its
-# positions taken if it can.
+# Rays of a frustum, at least. Its grid has 2^FEWEST_BITS to 2^MOST_BITS positions an axis. A frustum takes the machine
+# as long as so many positions of a grid.
 LEAST = 16
 FEWEST_BITS, MOST_BITS = 4, 8
-SHARE = 1 / 32
+FRUSTUM = 1 << 13
 # Axes of the six sixths of the sphere: forward along +x, +y, +z, -x, -y, -z.
 AXES = np.array([[[0, 1, 0], [0, 0, 1], [1, 0, 0]], [[0, 0, 1], [1, 0, 0], [0, 1, 0]],
                  [[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],
@@ -59,8 +59,7 @@ def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates, *,
             continue
         light, sixth = divmod(int(part[rows[0]]), 6)
         slopes, end = _encoded(offset[rows] @ AXES[sixth].T, rays.normals[rows] @ AXES[sixth].T, coordinates.numbers)
-        bits = int(np.clip(np.ceil(np.log2(len(rows) / SHARE) / 2), FEWEST_BITS, MOST_BITS))
-        for these in _apart(position(slopes, bits, coordinates.numbers), least):
+        for these, bits in _apart(slopes, coordinates.numbers, least):
             record, number = shadow_record(
                 coordinates, origins[light], AXES[sixth], bits, slopes=slopes[these], end=end[these],
                 source=int(rays.surfaces[light]))
@@ -95,13 +94,17 @@ def _encoded(offset: np.ndarray, normal: np.ndarray, numbers: Numbers):
     return slopes, encode(np.ceil(mantissa * 2.0**30).astype(np.int64), exponent - 30, numbers, up=True)
 
 
-def _apart(position, least):
-    """Parts of K rays, the largest first, in which no two have the same position; none is too small."""
-    order = np.argsort(position, kind="stable")
-    first = np.flatnonzero(np.diff(position[order], prepend=-1))
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order)) - np.repeat(first, np.diff(np.append(first, len(order))))
-    for number in range(int(rank.max()) + 1):
-        these = np.flatnonzero(rank == number)
-        if len(these) >= least:
-            yield these
+def _apart(slopes, numbers, least):
+    """Parts of K rays in which no two have the same position, and the bits of their grids; none is too small.
+
+    A part has the grid with the most rays for its cycles. What remains of it is divided again.
+    """
+    left = np.arange(len(slopes))
+    while len(left) >= least:
+        alone = {bits: np.unique(position(slopes[left], bits, numbers), return_index=True)[1]
+                 for bits in range(FEWEST_BITS, MOST_BITS + 1)}
+        bits = max(alone, key=lambda bits: len(alone[bits]) / (FRUSTUM + 4**bits))
+        if len(alone[bits]) < least:
+            return
+        yield left[np.sort(alone[bits])], bits
+        left = np.delete(left, alone[bits])

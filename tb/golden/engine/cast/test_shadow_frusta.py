@@ -202,6 +202,21 @@ def test_each_ray_is_in_one_frustum_that_has_enough_rays():
     np.testing.assert_array_equal(NaiveFixedFrusta(scene).shadows(rays).blocked, hits.blocked)
 
 
+@pytest.mark.parametrize("bits", [4, 6])
+def test_rays_that_a_grid_keeps_apart_are_one_frustum_of_the_coarsest_such_grid(bits):
+    side = 1 << bits
+    slopes = np.stack(np.meshgrid(*[(2 * np.arange(side) + 1) / side - 1] * 2), axis=-1).reshape(-1, 2)
+    offset = np.concatenate([slopes, np.ones((side * side, 1))], axis=1) / 4
+    scene = cube(4)
+    middle = np.mean(scene.bounds, axis=0)
+    rays = ShadowRays(points=middle[None], surfaces=np.array([-1]), light=np.zeros(side * side, dtype=int),
+                      targets=middle + offset * np.ptp(scene.bounds, axis=0).min(), normals=-offset)
+    coordinates = PatchGeometry.of(scene, CONFIG.numbers).coordinates
+    (rows, record, number), = shadow_frusta.shadow_frusta(rays, coordinates)
+    assert record.column_bits == bits
+    assert sorted(rows) == sorted(number) == list(range(side * side))
+
+
 def test_no_shaded_point_of_a_convex_room_is_in_shadow():
     """Its walls meet the ends of their rays, in front of which the rays end."""
     scene = cube(4)
