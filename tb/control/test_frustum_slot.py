@@ -10,10 +10,12 @@ from hw.lib.payload import pack, unpack
 from tb.control.job_descriptors import descriptor, words_of
 from tb.lib.bench import Bench
 
+BOUNDS = ("first_column", "end_column", "first_row", "end_row")
+
 
 class TestFrustumSlot(Bench):
     component, span = FrustumSlot, 300
-    changes, variants = {"icu.shadow_bits": 7}, ({}, {"icu.shadow_bits": 0})
+    changes, variants = {"icu.shadow_bits": 7}, ({},)
 
     def model(self, config):
         """A section is there two cycles after its last word, near cells and a ray are one cycle after theirs."""
@@ -50,7 +52,8 @@ class TestFrustumSlot(Bench):
                 yield None
             is_shadow = self.present.icu.shadow_bits and random.random() < 0.7
             rays = random.choice((0, 1, 9, 64, 65)) if is_shadow else 0
-            self.one = descriptor(self.present, random, ray_count=rays, **(
+            bounds = {name: random.randrange(1 << self.present.icu.side_bits) for name in BOUNDS}
+            self.one = descriptor(self.present, random, ray_count=rays, **bounds, **(
                 {"bundle": Bundle.SHADOW.value, "hit_format": 0, "sums": 0} if is_shadow else {}))
             pairs = [random.choices((random.randrange(scene), scene - 1, scene, (1 << CELL_BITS) - 1), k=2)
                      for _ in range(-(-int(self.one["near_count"]) // 2))]
@@ -66,6 +69,11 @@ class TestFrustumSlot(Bench):
     def drive(self, given, random):
         """The cluster has no use for another section while one waits."""
         given.free &= self.section is None
+
+
+class TestSlotWithoutLists(TestFrustumSlot):
+    changes = {"icu.shadow_bits": 0}
+    test_in_the_simulator = None
 
 
 def cells_of(data, config):
@@ -87,7 +95,7 @@ def section_of(one, bank, config):
     numbers = JobFormats(config).slot["numbers"].shape
     kinds = {"is_screen": int(one["bundle"] != Bundle.HEMISPHERE), "is_shadow": int(one["bundle"] == Bundle.SHADOW)}
     rays = int(one["ray_count"])
-    section = {name: int(one[name]) for name in ("first_column", "end_column", "first_row", "end_row")}
+    section = {name: int(one[name]) for name in BOUNDS}
     # Of the descriptor's bits those that the machine's numbers have.
     given = unpack(numbers, pack(numbers, {name: kinds[name] if name in kinds else one[name].reshape(
         (3, 3) if name in ("matrix", "to_global") else one[name].shape).tolist() for name, _ in numbers}))

@@ -6,20 +6,22 @@ from tb.lib.bench import Bench
 from tb.lib.cycles import any_value
 from tb.lib.registers import Registers
 
-# Around one word and several; reads that may be outstanding.
-COUNTS, OUTSTANDING = (1, 2, 63, 64, 65, 128, 130), 16
+# Around one word and several; all that there is room for; reads that may be outstanding.
+COUNTS, FULL, OUTSTANDING = (1, 2, 63, 64, 65, 128, 130), 256, 16
+# At the end of a part only lists come: the reset is within one.
+UNREAD = 40
 
 
 class TestListReadOut(Bench):
     """The list of one bank is read out again and again while that of the other one comes."""
 
-    component, span = ListReadOut, 500
+    component, span, filled = ListReadOut, 2 * FULL + 20 + UNREAD, False
     changes, variants = {"icu.shadow_bits": 8}, ({}, {"icu.rays": 256, "icu.side_bits": 6})
 
     def model(self, config):
         """Two cycles from a ray's address to its read; a reply is taken when its word, if it is full, can leave."""
-        self.complete, self.writing, self.claimed, self.busy = set(), None, None, False
-        self.bank, lists, rays, pipe, outstanding = 0, [[], []], [], Registers(2), []
+        self.complete, self.writing, self.claimed, self.kept, self.busy = set(), None, None, None, False
+        self.left, self.bank, lists, rays, pipe, outstanding = self.span, 0, [[], []], [], Registers(2), []
         bits, index, word = [], 0, None
         given = yield
         while True:
@@ -45,6 +47,7 @@ class TestListReadOut(Bench):
                 self.busy, self.bank, self.claimed = True, given.i["bank"], None
                 rays = [*lists[self.bank]]
             self.store(given.i_ray, lists)
+            self.left -= 1
             given = yield outputs
 
     def store(self, one, lists):
@@ -59,20 +62,26 @@ class TestListReadOut(Bench):
                 self.writing = None
 
     def items(self, name, shape, random):
-        """Lists of banks that are not read, reads of those whose list has come; hits are all or nothing."""
+        """Lists of banks that are not read, the first one full; reads of those whose list has come. Hits are all or
+        nothing.
+        """
         if name == "i_ray":
             while True:
-                banks = [bank for bank in range(2) if bank != self.claimed and not (self.busy and bank == self.bank)]
+                banks = [bank for bank in range(2) if bank not in (self.claimed, self.kept)
+                         and not (self.busy and bank == self.bank)]
                 if not banks:
                     yield None
                     continue
-                bank, count = random.choice(banks), random.choice((*COUNTS, random.randint(1, 256)))
+                bank, count = random.choice(banks), random.choice((*COUNTS, random.randint(1, FULL)))
+                if not self.filled:
+                    count, self.kept, self.filled = FULL, bank, True
                 self.complete.discard(bank)
                 for k in range(count):
                     yield any_value(shape, random) | {"bank": bank, "last": int(k == count - 1)}
         while name == "i":
-            if self.complete:
+            if self.complete and self.left > UNREAD:
                 self.claimed = random.choice([*self.complete])
+                self.kept = None if self.claimed == self.kept else self.kept
                 yield {"bank": self.claimed}
             else:
                 yield None

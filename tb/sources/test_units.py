@@ -16,7 +16,6 @@ TESTED_IN = {
     "hw/ctu/cell_steps.py": ("tb/ctu/test_cell_traversal.py", "CellTraversal"),
     "hw/ctu/square_scan.py": ("tb/ctu/test_survival.py", "Survival"),
     "hw/icu/intersection_pipeline.py": ("tb/icu/test_intersection_unit.py", "IntersectionUnit"),
-    "hw/icu/section_read_out.py": ("tb/icu/test_shadow_unit.py", "IntersectionUnit"),
     "hw/lib/black_box.py": ("tb/docs/test_architecture.py", "tiny_structures"),
     "hw/lib/longest_waiting.py": ("tb/lib/test_arbiter.py", ""),
     "hw/lib/round_robin.py": ("tb/lib/test_arbiter.py", ""),
