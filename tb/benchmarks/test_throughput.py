@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.casting import REPEATS, SECONDS, shortest
 from benchmarks.engine import prepare_cast
 from benchmarks.throughput import EmbreeRates, clock_text, embree_rates, rays_of, recorded, row_of
 from golden.cast.embree import Embree
+from golden.cast.rays import Rays
 from golden.engine.cast.shelling import Shelling
 from golden.engine.config import PRESETS
 from radiosity.flow.simulator.simulation_config import simulation_config
@@ -50,6 +52,33 @@ def test_embree_casts_the_machines_rays():
     found = embree_rates(prepared, hits.patch)
     assert found.same > 0.99
     assert min(found.one, found.all, found.binding) > 0
+
+
+def test_rates_are_of_the_rays_that_are_cast(monkeypatch):
+    """Embree's own interface takes a multiple of 8 rays; embreex takes all of them."""
+    config = simulation_config(PRESETS["tiny"], clusters=1, topology="mesh")
+    prepared = prepare_cast(config, "cornell", cell=0.125, rays=(32, 8))
+    rays = rays_of(prepared)
+    cut = Rays(rays.origin[:-3], rays.direction[:-3], source=rays.source[:-3])
+    monkeypatch.setattr("benchmarks.throughput.rays_of", lambda prepared: cut)
+    for module in "casting", "throughput":
+        monkeypatch.setattr(f"benchmarks.{module}.shortest", lambda run, clock: (2.0, run()))
+    found = embree_rates(prepared, np.zeros(len(cut), dtype=np.int64))
+    assert [found.one, found.all, found.binding] == pytest.approx([124, 124, 126.5])
+
+
+@pytest.mark.parametrize(("seconds", "runs"), [((3, 1, 2), 3), ((SECONDS / 4.5,) * 9, 5)])
+def test_runs_are_repeated_until_they_are_enough_and_take_long_enough(seconds, runs):
+    clock, results = [0.0], []
+
+    def run():
+        clock[0] += seconds[len(results)]
+        results.append(len(results))
+        return results[-1]
+
+    shown, result = shortest(run, lambda: clock[0])
+    assert (shown, result, len(results)) == (pytest.approx(min(seconds)), runs - 1, runs)
+    assert runs >= REPEATS
 
 
 @pytest.mark.parametrize("scene", ["cornell", "lobby"])

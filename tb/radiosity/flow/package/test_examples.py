@@ -5,13 +5,17 @@ import re
 import shutil
 import subprocess
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from golden.engine.config import PRESETS
+from hw.ctu.traversal_unit import TraversalUnit
+from hw.lib.payload import unpack
 from radiosity.flow.package.example.link_example import FLITS
 from radiosity.flow.package.example.stream_example import SCRIPTS, stream_example
+from radiosity.flow.package.example.templates import example_files
 from tb.lib.runner import tools
 from tb.radiosity.flow.package.exported_engine import written
 from tb.radiosity.flow.package.test_dialects import DIALECTS
@@ -110,6 +114,69 @@ def test_settled_rays_end_grid_rays_in_the_bench_of_the_traversal_unit(examples,
                         config: np.zeros_like(inverse))
     unsettled = stream_example("ctu", "radiosity_ctu", PRESETS["tiny"])
     assert 0 < len(lines_of(examples["ctu"], "o")) < len(lines_of(unsettled, "o"))
+
+
+def test_stages_of_the_traversal_unit_are_steps_of_its_bench(examples):
+    """Cells of a stage come in any order, and those of a later one behind them; the end is the last."""
+    shape = TraversalUnit(config=PRESETS["tiny"]).o.payload.shape()
+    steps, items = zip(*(divmod(line, 1 << 2 * shape.size) for line in lines_of(examples["ctu"], "o")), strict=True)
+    stages = [unpack(shape, item & (1 << shape.size) - 1)["stage"] for item in items[:-1]]
+    assert list(steps) == sorted(steps)
+    assert steps[-1] > steps[-2]
+    changes = [after != before for before, after in pairwise(stages)]
+    assert [after != before for before, after in pairwise(steps[:-1])] == changes
+    assert sum(changes) > 1
+
+
+def icarus(folder, **files):
+    """What a bench of these files prints."""
+    for name, text in files.items():
+        (folder / f"{name}.hex").write_text(text)
+    subprocess.run(["iverilog", "-o", "bench", "bench.v"], cwd=folder, check=True)
+    return subprocess.run(["vvp", "-N", "bench"], cwd=folder, check=True, capture_output=True, text=True).stdout
+
+
+@pytest.mark.icarus
+@pytest.mark.sim
+@pytest.mark.parametrize(("order", "wrong"), [((1, 2, 3), 0), ((2, 1, 3), 0), ((1, 3, 2), 2)], ids=str)
+def test_items_of_a_later_step_are_wrong_in_any_order(order, wrong, examples, tmp_path):
+    modules, _, _ = examples["ctu"]["example/bench.v"].partition("module bench;")
+    given = ", ".join(f"8'd{item}" for item in reversed(order))
+    (tmp_path / "bench.v").write_text(modules + f"""
+module bench;
+  reg clk = 1'b0, rst = 1'b1;
+  reg [31:0] cycle = 0;
+  wire [23:0] given = {{{given}}};
+  wire [31:0] came, wrong;
+  sink #(.WIDTH(8), .COUNT(3), .ANY_ORDER(1), .STALLS(0), .FILE("o.hex")) o (
+    .clk(clk), .rst(rst), .step(cycle < 2 ? 16'd0 : 16'd1), .over(1'b0), .valid(cycle < 3),
+    .payload(given[8 * cycle +: 8]), .ready(), .done(), .came(came), .wrong(wrong));
+  always #5 clk = !clk;
+  always @(negedge clk) begin
+    rst <= 1'b0;
+    if (!rst) cycle <= cycle + 1;
+    if (cycle == 5) begin
+      $display("%0d came, %0d wrong", came, wrong);
+      $finish;
+    end
+  end
+endmodule
+""")
+    assert icarus(tmp_path, o="0000ff01\n0000ff02\n0001ff03\n").endswith(f"\n3 came, {wrong} wrong\n" if wrong
+                                                                        else "3 came, 0 wrong\n")
+
+
+@pytest.mark.icarus
+@pytest.mark.sim
+@pytest.mark.parametrize(("credit", "verdict"), [("0", "PASS"), ("x", "FAIL"), ("1", "FAIL")])
+def test_an_unknown_credit_is_wrong(credit, verdict, tmp_path):
+    bench = example_files("link", {"WIDTH": "3", "LINKS": "1", "LINK": "3", "CYCLES": "1", "FLITS": "1"})
+    (tmp_path / "bench.v").write_text(bench["example/bench.v"] + f"""
+module words (input clk, input rst, input [2:0] i, output [2:0] o);
+  assign o = 3'b{credit}11;
+endmodule
+""")
+    assert verdict in icarus(tmp_path, given="0\n", required="3\n")
 
 
 def test_a_cluster_requests_from_others_and_from_main_memory_in_its_bench(examples):

@@ -41,11 +41,11 @@ def alone(timing):
     return begun(replay(blocked_trace(), timing, slots=1, run_ahead=STAGES))
 
 
-def others(home, **path):
+def others(home, joint=JOINT, bus=BUS, **path):
     return begun(joint_cast(
-        [blocked_trace()], np.full(STAGES, home), TIMING, JOINT, routing=route(Topology("mesh", 2, 1), 2),
+        [blocked_trace()], np.full(STAGES, home), TIMING, joint, routing=route(Topology("mesh", 2, 1), 2),
         buffer_flits=CONFIG.noc.buffer_flits, arbitration=CONFIG.noc.arbitration,
-        router_cycles=CONFIG.noc.router_cycles, slots=1, run_ahead=STAGES, bus=BUS, memsys=CONFIG.memsys,
+        router_cycles=CONFIG.noc.router_cycles, slots=1, run_ahead=STAGES, bus=bus, memsys=CONFIG.memsys,
         **path).times[0])
 
 
@@ -53,6 +53,13 @@ def test_as_many_stages_begin_as_where_patches_are_requested():
     """More than where a cluster holds them, by the 16 requests that a path has in flight behind its queue."""
     assert others(0) == alone(TIMING)
     assert others(-1) == alone(exploration_timing(TIMING, JOINT, BUS)) == others(0) + 16
+
+
+def test_the_path_with_more_requests_in_flight_decides():
+    """Patches may come from either; here they come from main memory."""
+    few, more = ((replace(JOINT, outstanding=joint), replace(BUS, outstanding=bus)) for joint, bus in ((3, 5), (5, 3)))
+    assert others(-1, *few) == alone(exploration_timing(TIMING, *few)) == others(0) + 5
+    assert exploration_timing(TIMING, *more) == exploration_timing(TIMING, *few)
 
 
 @pytest.mark.parametrize("requests", [3, 16])
