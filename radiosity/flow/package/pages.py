@@ -19,6 +19,9 @@ _FORMATS = """\
 * The hit of ray (column, row) is record row x columns + column from `hits` of the descriptor on. Format 1 is the record
   `hit` below. Format 2 has 8 bytes: the inverse distance in bits 0-23, the patch in 24-47, u in 48-55, v in 56-63; all
   ones in the patch are no hit. Format 3 has the patch alone, a u4; all ones are no hit.
+* A shadow frustum (`bundle` 2) has a list of rays, a u8 each: the slope x + 1 in units of 2^-16 in bits 0-16, y + 1 in
+  20-36, its end, a stored inverse distance, in 40-63. From `hits` on bit k modulo 64 of the u8 number k / 64 says that
+  ray k of the list is blocked: a patch is before its end.
 * A word of sums has 64 bits: the sum in bits 0-41, the patch in 42-63. The completion record has the number of words.
 * Completion record k is in entry k modulo 2^`ring_bits` of its ring, whatever the order of the descriptors.
 
