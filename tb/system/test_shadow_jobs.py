@@ -1,6 +1,7 @@
 """Shadow frusta on the exported engine: every byte of main memory is golden's."""
 
 from collections import defaultdict
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from golden.engine.cast.shadow_frusta import shadow_frusta
 from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.descriptor import list_words, near_bytes
 from golden.engine.jobs.job import PhaseRequest, plan_job
-from golden.engine.jobs.result_formats import unpack_bits
+from golden.engine.jobs.result_formats import bit_words, unpack_bits
 from golden.engine.jobs.run_job import run_job
 from golden.scene.open import open_scene
 from tb.golden.engine.cast.test_shadow_frusta import drawn_rays
@@ -78,6 +79,18 @@ def test_rays_beside_the_section_of_a_descriptor_are_not_blocked(job):
                    for descriptors in (job.descriptors, changed))
     assert np.array_equal(part, whole & (rays % record.columns < half))
     assert 0 < part.sum() < whole.sum()
+
+
+def test_nothing_overlaps_the_bits_of_long_lists():
+    """Those of 512 rays fill what addresses are multiples of."""
+    config = CONFIG.replace({"icu.rays": 4096, "icu.shadow_bits": 12})
+    made = plan_job(shadows(count=6000, seed=2), config, base=BASE)
+    words = [bit_words(int(count)) for count in made.descriptors["ray_count"]]
+    assert max(words) > 8
+    extents = sorted([*((address, len(data)) for address, data in made.tables().items()),
+                      *((int(one["hits"]), 8 * count) for one, count, section in zip(
+                          made.descriptors, words, made.sections, strict=True) if section), (made.end, 0)])
+    assert all(address + size <= following for (address, size), (following, _) in pairwise(extents))
 
 
 @pytest.mark.sim
