@@ -7,6 +7,7 @@ from numba.core.targetconfig import TargetConfig
 from numba.core.types import CPointer, uintp, unliteral
 
 from golden.base.kernel_cache import KernelCache
+from golden.base.without_collection import without_collection
 
 __all__ = ["INLINED", "CallbackDispatcher", "KernelDispatcher"]
 
@@ -45,7 +46,8 @@ class _CachedDispatcher(CPUDispatcher):
     def compile(self, sig):
         """Compile the function for types of arguments, unless it is or a file has it."""
         try:
-            return super().compile(sig)
+            with without_collection():
+                return super().compile(sig)
         finally:
             self._cache.release()
 

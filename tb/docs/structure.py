@@ -18,6 +18,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In
 
 import hw
+from golden.base.without_collection import without_collection
 
 __all__ = [
     "SELF", "Block", "Field", "Link", "Port", "Store", "Structure", "component_classes", "fields_of", "structures"]
@@ -128,7 +129,7 @@ def structures(makers: Iterable, *, whole: bool = True, has_links: bool = True,
         By class.
     """
     found: dict[type, Structure] = {}
-    with _quiet(), _shallow() as elaborate:
+    with _quiet(), without_collection(), _shallow() as elaborate:
         for make in makers:
             waiting = [make()]
             while waiting:

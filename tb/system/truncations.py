@@ -1,14 +1,14 @@
 """Where a component loses bits without saying so."""
 
-import gc
 import sys
-from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from amaranth.hdl import Const, Fragment, Signal, Value
 from amaranth.lib import wiring
+
+from golden.base.without_collection import without_collection
 
 __all__ = ["truncations"]
 
@@ -24,7 +24,7 @@ def truncations(*components: wiring.Component) -> dict[str, set[str]]:
     has more bits than what it is compared with.
     """
     found: dict[str, set[str]] = {}
-    with _watched(found), _without_collection():
+    with _watched(found), without_collection():
         for component in components:
             Fragment.get(component, None)
     return found
@@ -61,13 +61,3 @@ def _is_plain(value):
     """Whether a value is a signal, a part of one, or a number that is not all ones."""
     return isinstance(value, Signal) or type(value).__name__ in ("Slice", "Part", "ArrayProxy") or (
         isinstance(value, Const) and value.value > 0)
-
-
-@contextmanager
-def _without_collection() -> Iterator[None]:
-    """Searching for garbage takes half of the time."""
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()

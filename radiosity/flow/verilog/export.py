@@ -1,14 +1,13 @@
 """Verilog of components."""
 
-import gc
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 from amaranth.back import verilog
 from amaranth.hdl import Elaboratable
 from amaranth.lib import wiring
 
+from golden.base.without_collection import without_collection
 from hw.lib.black_box import flatten
 from hw.lib.checks import checked
 from radiosity.flow.verilog.verilog_text import add_zero_loops, merge_equal_words, remove_empty_wires, wait_for_nothing
@@ -24,21 +23,10 @@ def verilog_of(component: wiring.Component, name: str, *, port_name: Callable[[s
     Its ports have the names of its members, joined by two underscores, or what ``port_name`` makes of them.
     """
     os.environ["AMARANTH_USE_YOSYS"] = "builtin"
-    with checked(is_checked), omit_zeros() as omitted, _without_collection():
+    # Of a million objects none is garbage, and searching takes more than half of an export's time.
+    with checked(is_checked), omit_zeros() as omitted, without_collection():
         text = verilog.convert(_Flat(component, port_name), name=name, emit_src=False, strip_internal_attrs=True)
     return add_zero_loops(merge_equal_words(wait_for_nothing(remove_empty_wires(text))), omitted.count)
-
-
-@contextmanager
-def _without_collection() -> Iterator[None]:
-    """No search for garbage: of a million objects none is, and searching takes more than half of an export's time."""
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            gc.enable()
 
 
 class _Flat(Elaboratable):
