@@ -1,14 +1,17 @@
 """Shadow frusta on the exported engine: every byte of main memory is golden's."""
 
 from collections import defaultdict
+from dataclasses import fields, replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.cast.shadow_frusta import shadow_frusta
 from golden.engine.frustum.bundle import Bundle
+from golden.engine.frustum.record import FrustumRecord
 from golden.engine.jobs.descriptor import list_words, near_bytes
 from golden.engine.jobs.job import PhaseRequest, plan_job
 from golden.engine.jobs.result_formats import bit_words, unpack_bits
@@ -91,6 +94,30 @@ def test_nothing_overlaps_the_bits_of_long_lists():
                       *((int(one["hits"]), 8 * count) for one, count, section in zip(
                           made.descriptors, words, made.sections, strict=True) if section), (made.end, 0)])
     assert all(address + size <= following for (address, size), (following, _) in pairwise(extents))
+
+
+def test_halves_without_rays_are_left_out():
+    """The last section for each cluster is cut in two; parts of a list have rays in few rows."""
+    config = CONFIG.replace({"memsys.own_patches": 1024, "memsys.own_cells": 1024, "memsys.own_entries": 4096})
+    request = max(shadows(count=300, seed=2), key=lambda one: one.records[0].columns)
+    parts = [part for record in request.records for part in record.parts(8)]
+    made = plan_job([replace(request, records=parts, cycles=[1e6] * len(parts))], config, base=BASE)
+    cut = [one for one in made.sections if one and one.section.rays < len(parts[0])]
+    counts = made.descriptors["ray_count"][[number for number, one in enumerate(made.sections) if one]]
+    assert made.phases[0].image.has_copies
+    assert cut
+    assert counts.all()
+    assert counts.sum() == sum(len(part.listed) for part in parts)
+
+
+def test_shadow_frusta_and_others_are_no_phase():
+    """Also of the same grid: the sections of others have their hits in one place."""
+    request = shadows(count=80, seed=1)[0]
+    record = request.records[0]
+    screen = FrustumRecord(**{field.name: getattr(record, field.name) for field in fields(FrustumRecord)})
+    for records in (record, screen), (screen, record):
+        with pytest.raises(InputError, match="same rays; frustum 1 has others"):
+            plan_job([replace(request, records=records)], CONFIG, base=BASE)
 
 
 @pytest.mark.sim

@@ -365,6 +365,10 @@ def _listed(request, frustum, section):
     return len(section.among(record.listed, record))
 
 
+def _has_rays(request, frustum, section):
+    return not _is_shadow(request) or _listed(request, frustum, section) > 0
+
+
 def _loaded(held, image):
     """The regions of an image that have to be loaded; of the scene all or none."""
     missing = [name for name in image.regions if not _holds(held, image, name)]
@@ -410,7 +414,7 @@ def _sections(phase, number, config):
                          cluster=cluster if pinned else ANY_CLUSTER)
               for frustum in proximity_order(np.array([record.origin for record in request.records]))
               for cluster, (section, part) in enumerate(zip(cut, share, strict=True))
-              if not _is_shadow(request) or _listed(request, frustum, section)]
+              if _has_rays(request, frustum, section)]
     predicted = np.array([one.cycles for one in listed])
     if request.cycles is None or pinned or not phase.image.has_copies:
         return [listed[one] for one in longest_first_at_the_end(predicted, clusters=config.noc.clusters)]
@@ -419,7 +423,8 @@ def _sections(phase, number, config):
         return ordered
     # The last section for each cluster in halves, the longest ones first.
     first, least = max(0, len(ordered) - config.noc.clusters), _CUT_CYCLES * least_cycles(len(request.geometry))
-    end = [half for one in ordered[first:] for half in (_halves(one, config) if one.cycles >= least else [one])]
+    end = [half for one in ordered[first:] for half in (_halves(one, config) if one.cycles >= least else [one])
+           if _has_rays(request, half.frustum, half.section)]
     return ordered[:first] + sorted(end, key=lambda one: -one.cycles)
 
 

@@ -21,8 +21,8 @@ from golden.engine.schedule.subshells import SubshellList
 
 __all__ = ["phase_image"]
 
-# What the tables of a phase follow from.
-_SHARED = ("is_screen", "columns", "rows", "column_bits", "row_bits", "z_scale", "half_angles", "column_table",
+# What the tables and the results of a phase follow from.
+_SHARED = ("bundle", "columns", "rows", "column_bits", "row_bits", "z_scale", "half_angles", "column_table",
            "row_table")
 
 
