@@ -3,6 +3,8 @@
 from amaranth.hdl import Fragment
 from amaranth.lib import wiring
 
+from golden.base.without_collection import without_collection
+
 __all__ = ["unit_latencies"]
 
 # Folders of hw/ whose components are units; those of hw/lib/ are parts of them.
@@ -15,8 +17,9 @@ def unit_latencies(*components: wiring.Component) -> dict[str, int]:
     Left out are components without a latency, and those whose instances differ in it.
     """
     found = {}
-    for component in components:
-        _collect(Fragment.get(component, None), found)
+    with without_collection():
+        for component in components:
+            _collect(Fragment.get(component, None), found)
     return {name: latencies.pop() for name, latencies in sorted(found.items()) if len(latencies) == 1}
 
 
