@@ -31,7 +31,7 @@ from radiosity.flow.simulator.simulation_config import simulation_config
 from radiosity.flow.synthesis.history import ROOT
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_latencies import cluster_timing
-from radiosity.machines.engine.exploration_timing import exploration_timing
+from radiosity.machines.engine.found_ahead import found_ahead
 from radiosity.machines.engine.job_latencies import bus_timing, joint_timing, store_timing
 from radiosity.machines.engine.joint_cast import joint_cast
 from radiosity.machines.engine.store_path import store_after
@@ -99,8 +99,9 @@ def simulated_memory(rows: tuple[MemoryRow, ...]) -> Iterator[tuple[MemoryRow, i
         if config.ctu.subshells:
             plan = machine_schedule(record, geometry, shelling.table, config, ratio=_RATIO)
             home, (subshells,) = plan.sets.residence(len(geometry))[0], plan.subshells
-        explored = exploration_timing(timing, joint, bus, store) if (home < 0).any() else timing
-        trace = CastStore(shelling, config, explored).cast(record, Sector.whole(record), subshells).trace
+        trace = CastStore(shelling, config, timing).cast(
+            record, Sector.whole(record), subshells, others=home < 0,
+            ahead=found_ahead(timing, joint, bus, store)).trace
         fetched, stores = np.tile(trace.patch[home[trace.patch] < 0], _BEFORE), {}
         if store:
             # The cache has served what the store had not.

@@ -29,7 +29,7 @@ from radiosity.flow.simulator.simulation_config import simulation_config
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_cast import KEPT, NO_CLUSTER
 from radiosity.machines.engine.cluster_latencies import cluster_timing
-from radiosity.machines.engine.exploration_timing import exploration_timing
+from radiosity.machines.engine.found_ahead import found_ahead
 from radiosity.machines.engine.job_latencies import bus_timing, joint_timing, store_timing
 from radiosity.machines.engine.joint_cast import JointCast, joint_cast
 from radiosity.machines.engine.store_path import store_after
@@ -139,16 +139,16 @@ class SharedScene:
         self._rays, self._latency, self._folder = rays, latency, folder
         self._store = cache(self._casts)
 
-    def _casts(self, pipelines, timing):
+    def _casts(self, pipelines):
         """Casts of clusters with so many traversal pipelines."""
         config = shared_config(1, self._rays).replace({"ctu.pipelines": pipelines})
-        return CastStore(self._shelling, config, timing, folder=self._folder)
+        return CastStore(self._shelling, config, cluster_timing(config), folder=self._folder)
 
-    def _trace(self, clusters, point, timing):
-        """The cast of a frustum by one cluster that holds all patches."""
+    def _trace(self, clusters, point, others, ahead):
+        """The cast of a frustum by one cluster alone, which does not hold some patches."""
         record = self._records[point % _POINTS]
-        return self._store(shared_config(clusters, self._rays).ctu.traversal_pipelines(clusters), timing).cast(
-            record, Sector.whole(record)).trace
+        return self._store(shared_config(clusters, self._rays).ctu.traversal_pipelines(clusters)).cast(
+            record, Sector.whole(record), others=others, ahead=ahead).trace
 
     def home(self, clusters: int, placement: Placement, share: float) -> np.ndarray:
         """The cluster that holds each patch as each cluster knows it, -1 if none does.
@@ -201,8 +201,9 @@ class SharedScene:
         if access.has_store:
             store = store_timing(config)
             store = replace(store, requests=requests or (1 if access is Access.SINGLE else store.requests))
-        explored = exploration_timing(timing, joint, bus, store) if (home != every[:, None]).any() else timing
-        before, traces = ([self._trace(clusters, number + step, explored) for number in every] for step in (0, 1))
+        others, ahead = home != every[:, None], found_ahead(timing, joint, bus, store)
+        before, traces = ([self._trace(clusters, number + step, others[number], ahead) for number in every]
+                          for step in (0, 1))
         fetched = [trace.patch[home[number, trace.patch] != number] for number, trace in enumerate(before)]
         stores = {}
         if store:

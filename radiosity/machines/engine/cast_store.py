@@ -51,21 +51,24 @@ class CastStore:
                                  sort_keys=True).encode())
         self._scene = digest.digest()
 
-    def cast(self, record: FrustumRecord, section: Sector, subshells: SubshellList | None = None) -> SimulatedCast:
+    def cast(self, record: FrustumRecord, section: Sector, subshells: SubshellList | None = None, *,
+             others: np.ndarray | None = None, ahead: int = 0) -> SimulatedCast:
         """The cast of a section, see `cast_section`."""
-        name = self._name(record, section, subshells)
+        if others is not None and not others.any():
+            others, ahead = None, 0
+        name = self._name(record, section, subshells, others, ahead)
         if name not in self._kept:
             path = self._folder / f"{name}.npz" if self._folder else None
             cast = _read(path) if path and path.exists() else None
             if cast is None:
                 cast = cast_section(self._shelling, record, self._config, self._timing, section=section,
-                                    subshells=subshells)
+                                    subshells=subshells, others=others, ahead=ahead)
                 if path:
                     _write(path, cast)
             self._kept[name] = cast
         return self._kept[name]
 
-    def _name(self, record, section, subshells):
+    def _name(self, record, section, subshells, others, ahead):
         """What a cast follows from, as the name of its file."""
         digest = hashlib.sha256(self._scene)
         for value in (record.origin, record.matrix, record.bundle, record.source, *asdict(section).values()):
@@ -75,6 +78,8 @@ class CastStore:
             digest.update(pack_rays(record, record.listed).tobytes())
         if subshells is not None:
             digest.update(np.stack([subshells.patches, subshells.shell]).tobytes())
+        if others is not None:
+            digest.update(np.append(np.flatnonzero(others), ahead).tobytes())
         return digest.hexdigest()[:32]
 
 

@@ -37,7 +37,7 @@ _EVENTS = 512
 _LIMITS = ("traversal", "memory", "vertices", "setup", "walk", "pipeline", "over", "cells", "lists", "entries",
            "requests", "waiting")
 (_TRAVERSAL, _MEMORY, _VERTICES, _SETUP, _WALK, _PIPELINE, _OVER_CYCLES, _CELLS, _LISTS, _ENTRIES, _REQUESTS, _WAITING,
- _ALL_SLOTS, _BEFORE_STORE) = range(14)
+ _ALL_SLOTS, _BEFORE_STORE, _AHEAD) = range(15)
 
 
 class StageItems(NamedTuple):
@@ -98,7 +98,7 @@ class ClusterCast(NamedTuple):
 
 
 def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slots: int, run_ahead: int,
-               number: int = 0, before_store: int = 0) -> ClusterCast:
+               number: int = 0, before_store: int = 0, found_ahead: int = 0) -> ClusterCast:
     """A cast at cycle 0, whose first item will be a near cell.
 
     Parameters
@@ -115,6 +115,9 @@ def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slo
         The subject of its events.
     before_store
         Patches that may wait in front of the patch store. Default: there is no store.
+    found_ahead
+        Patches of others that may be found and not read where nothing requests them: they can be read at once.
+        Default: they are requested.
     """
     numbers = np.zeros(_NUMBERS, dtype=np.int64)
     numbers[_FRONT], numbers[_STALLED], numbers[_QUIET], numbers[_FREED] = timing.begin, _NEVER, _NEVER, _NEVER
@@ -122,7 +125,8 @@ def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slo
     limits = [getattr(timing, name) for name in _LIMITS]
     # Behind the last stage there is none to wait.
     ahead = np.append(np.where(barriers[1:], 0, run_ahead), run_ahead)
-    return ClusterCast(event_heap(_EVENTS), numbers, np.array([*limits, slots, before_store], dtype=np.int64),
+    return ClusterCast(event_heap(_EVENTS), numbers,
+                       np.array([*limits, slots, before_store, found_ahead], dtype=np.int64),
                        np.zeros(patches, dtype=np.int64), np.zeros(len(barriers), dtype=np.int64), ahead,
                        np.zeros(patches, dtype=np.int64), np.zeros((patches, 3), dtype=np.int64))
 
@@ -424,6 +428,13 @@ def _find(cast, items):
     """A patch is found, and requested where it is, if the queue of requests there is not full: whether it is."""
     numbers, most, patch = cast.numbers, cast.limits[_REQUESTS], cast.numbers[_FOUND]
     path = _path(items, patch)
+    if path != _NEVER and cast.limits[_AHEAD]:
+        if numbers[_REMOTE_FOUND + path] - numbers[_REMOTE_READ + path] == cast.limits[_AHEAD]:
+            return False
+        numbers[_FOUND] += 1
+        numbers[_REMOTE_FOUND + path] += 1
+        _make_ready(cast, patch)
+        return True
     if path != _NEVER and cast.limits[_BEFORE_STORE]:
         path, most = THROUGH_STORE, cast.limits[_BEFORE_STORE]
     if (numbers[_OWN] if path == _NEVER else numbers[_REMOTE_FOUND + path] - numbers[_REMOTE_SENT + path]) == most:

@@ -129,7 +129,7 @@ class TraceSource:
         return False
 
 
-def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ahead: int) -> CastTimes:
+def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ahead: int, ahead: int = 0) -> CastTimes:
     """Cast the stages of a source, one after the other.
 
     Parameters
@@ -140,9 +140,12 @@ def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ah
         Latencies and capacities.
     slots, run_ahead
         ``icu.slots`` and ``ctu.run_ahead``.
+    ahead
+        See `begin_cast`. Default: no patch is of others.
     """
     timing = replace(timing, begin=timing.begin + source.listing)
-    cast = begin_cast(timing, patches=source.patches, barriers=source.barriers, slots=slots, run_ahead=run_ahead)
+    cast = begin_cast(timing, patches=source.patches, barriers=source.barriers, slots=slots, run_ahead=run_ahead,
+                      found_ahead=ahead)
     begins, items = [], None
     for stage in range(len(source.barriers)):
         begins.append(next_stage(cast, items, timing.generator + source.searches(stage)) if stage else timing.begin)

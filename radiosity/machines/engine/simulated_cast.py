@@ -23,7 +23,7 @@ from golden.engine.schedule.cycle_model import BLOCK
 from golden.engine.schedule.row_pieces import row_pieces
 from golden.engine.schedule.square_scan import row_groups, survival_words
 from golden.engine.schedule.subshells import SubshellList
-from radiosity.machines.engine.cluster_cast import StageItems, clock, tested
+from radiosity.machines.engine.cluster_cast import NO_CLUSTER, StageItems, clock, tested
 from radiosity.machines.engine.cluster_timing import ClusterTiming
 from radiosity.machines.engine.section_trace import CastTimes, SectionTrace, run_stages
 
@@ -61,8 +61,8 @@ class SimulatedCast:
 
 def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timing: ClusterTiming, *,
                  section: Sector | None = None, subshells: SubshellList | None = None,
-                 lanes: int = 1) -> SimulatedCast:
-    """Cast a section of a frustum on one cluster that holds all patches.
+                 lanes: int = 1, others: np.ndarray | None = None, ahead: int = 0) -> SimulatedCast:
+    """Cast a section of a frustum on one cluster alone.
 
     Parameters
     ----------
@@ -79,9 +79,12 @@ def cast_section(shelling: Shelling, record: FrustumRecord, config: Config, timi
         the last one alone.
     lanes
         Rays of a tile that are tested in a cycle; the hardware has one lane.
+    others, ahead
+        N bool: the patches that the cluster does not hold. They come at once, and so many of them at most are found
+        and not read. Default: it holds all.
     """
-    stages = _Stages(shelling, record, config, timing, section or Sector.whole(record), subshells, lanes)
-    times = run_stages(stages, timing, slots=config.icu.slots, run_ahead=config.ctu.run_ahead)
+    stages = _Stages(shelling, record, config, timing, section or Sector.whole(record), subshells, lanes, others)
+    times = run_stages(stages, timing, slots=config.icu.slots, run_ahead=config.ctu.run_ahead, ahead=ahead)
     return SimulatedCast(trace=stages.trace(), times=times, tests=stages.tests, cells=stages.cells,
                        grid_rays=stages.grid_rays, hit=stages.hit)
 
@@ -107,7 +110,8 @@ class _Part(NamedTuple):
 class _Stages:
     """The stages of a section, each explored part by part when its grid rays are requested."""
 
-    def __init__(self, shelling, record, config, timing, section, subshells, lanes):
+    def __init__(self, shelling, record, config, timing, section, subshells, lanes, others):
+        self._others = np.zeros(len(shelling.geometry), dtype=bool) if others is None else others
         self._shelling, self._record, self._config, self._timing = shelling, record, config, timing
         self._section, self._memory = section, shelling.memory(record)
         self._is_shadow = record.bundle == Bundle.SHADOW
@@ -192,7 +196,7 @@ class _Stages:
         if explored is not None:
             self._append_lists(cells, explored)
             self._append_tests(explored)
-        owner = np.full(len(self._walks), -1)
+        owner = np.where(self._others[self._patch], NO_CLUSTER, -1)
         return StageItems(self._time, self._entries, self._new, self._walks, owner), cycles
 
     def _divided(self, stage):

@@ -9,17 +9,17 @@ from golden.engine.config import PRESETS
 from golden.engine.memsys.patches.patch_store import PatchStore
 from golden.engine.noc.routing import route
 from golden.engine.noc.topology import Topology
+from radiosity.machines.engine.cluster_cast import NO_CLUSTER
 from radiosity.machines.engine.cluster_latencies import cluster_timing
-from radiosity.machines.engine.exploration_timing import exploration_timing
+from radiosity.machines.engine.found_ahead import found_ahead
 from radiosity.machines.engine.job_latencies import bus_timing, joint_timing, store_timing
 from radiosity.machines.engine.joint_cast import joint_cast
-from radiosity.machines.engine.section_trace import SectionTrace, replay
+from radiosity.machines.engine.section_trace import SectionTrace, TraceSource, run_stages
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 CONFIG, STAGES, LONG = PRESETS["paper"], 128, 100_000
 TIMING, JOINT, BUS = cluster_timing(CONFIG), joint_timing(CONFIG), bus_timing(CONFIG, latency=50)
-STORE = store_timing(CONFIG)
 
 
 def blocked_trace():
@@ -37,8 +37,16 @@ def begun(times):
     return np.count_nonzero(times.begins < LONG)
 
 
-def alone(timing):
-    return begun(replay(blocked_trace(), timing, slots=1, run_ahead=STAGES))
+class OthersSource(TraceSource):
+    """The stages of a trace, of which others hold all patches."""
+
+    def items(self, stage, begin, cast):
+        items, cycles = super().items(stage, begin, cast)
+        return items._replace(owner=np.full(STAGES, NO_CLUSTER)), cycles
+
+
+def alone(source=OthersSource, **ahead):
+    return begun(run_stages(source(blocked_trace(), TIMING), TIMING, slots=1, run_ahead=STAGES, **ahead))
 
 
 def others(home, joint=JOINT, bus=BUS, **path):
@@ -51,25 +59,24 @@ def others(home, joint=JOINT, bus=BUS, **path):
 
 def test_as_many_stages_begin_as_where_patches_are_requested():
     """More than where a cluster holds them, by the 16 requests that a path has in flight behind its queue."""
-    assert others(0) == alone(TIMING)
-    assert others(-1) == alone(exploration_timing(TIMING, JOINT, BUS)) == others(0) + 16
+    assert others(0) == alone(TraceSource)
+    assert others(-1) == alone(ahead=found_ahead(TIMING, JOINT, BUS)) == others(0) + 16
 
 
 def test_the_path_with_more_requests_in_flight_decides():
     """Patches may come from either; here they come from main memory."""
     few, more = ((replace(JOINT, outstanding=joint), replace(BUS, outstanding=bus)) for joint, bus in ((3, 5), (5, 3)))
-    assert others(-1, *few) == alone(exploration_timing(TIMING, *few)) == others(0) + 5
-    assert exploration_timing(TIMING, *more) == exploration_timing(TIMING, *few)
+    assert others(-1, *few) == alone(ahead=found_ahead(TIMING, *few)) == others(0) + 5
+    assert found_ahead(TIMING, *more) == found_ahead(TIMING, *few)
 
 
-@pytest.mark.parametrize("requests", [3, 16])
+@pytest.mark.parametrize("requests", [1, 3, 16])
 def test_as_many_stages_begin_as_in_front_of_a_patch_store(requests):
-    store = replace(STORE, requests=requests)
+    store = replace(store_timing(CONFIG), requests=requests)
     stores = {"store": store, "stores": [PatchStore(STAGES)]}
-    assert others(-1, **stores) == alone(exploration_timing(TIMING, JOINT, BUS, store))
+    assert others(-1, **stores) == alone(ahead=found_ahead(TIMING, JOINT, BUS, store))
 
 
 def test_patches_of_the_own_memory_keep_their_queue():
-    """Behind a store with a request in flight fewer patches of others wait than of the own ones."""
-    assert STORE.waiting + 1 < TIMING.requests
-    assert exploration_timing(TIMING, JOINT, BUS, replace(STORE, requests=1)) == TIMING
+    """However far a cluster runs ahead of others' patches."""
+    assert alone(TraceSource, ahead=STAGES) == alone(TraceSource) < alone(ahead=STAGES)
