@@ -56,8 +56,8 @@ def bench():
     """Run a benchmark and write its tables to out/bench/.
 
     Minutes of processor time: schedule, shooting, thesis_memory and traversal 1 each, daylight and reference_hits 2,
-    references and network 4, network_load 6, mesh_sizes 8, istructure 23, view_factors 12, machines with --calibrate 26,
-    scaling 24, thesis_networks 1, thesis_speedup 2 for each scene, paper_machine 5, gathering 2, koan 10,
+    references and network 4, network_load 6, mesh_sizes 8, view_factors 12, istructure 23, scaling 24, machines with
+    --calibrate 26, thesis_networks 1, thesis_speedup 2 for each scene, paper_machine 5, gathering 2, koan 10,
     merge 7, torus 5, engine with --clusters 1 --clusters 4 4, jobs 10 for each scene. All of `make bench` take about
     three hours.
     """
