@@ -22,8 +22,7 @@ LANES = 8
 class BareEmbree:
     """The patches that rays meet as Embree has them: in single precision, with a robust scene, and own patches ahead.
 
-    8 rays are cast at a time, which is the fastest way of the interface: calls of 16 and of single rays take 1.1 to 2
-    times as long.
+    8 rays are cast at a time, as many as AVX2 has lanes for.
 
     Parameters
     ----------
