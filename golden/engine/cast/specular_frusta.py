@@ -16,6 +16,7 @@ from golden.cast.known_patches import hits_of_patches
 from golden.cast.oracle import Oracle
 from golden.cast.rays import Hits, Rays
 from golden.cast.screen import Screen
+from golden.scene.scene import Scene
 
 __all__ = ["LEAST", "SpecularCaster", "SpecularScreen", "specular_screens"]
 
@@ -39,7 +40,7 @@ class SpecularScreen:
     number
         Their numbers in it.
     patches
-        The patches with a part beyond the plane, in order.
+        The patches with a part beyond the plane, in order; none of a surface that the rays leave.
     """
 
     rows: np.ndarray
@@ -48,27 +49,27 @@ class SpecularScreen:
     patches: np.ndarray
 
 
-def specular_screens(vertices: np.ndarray, screen: Screen, field: np.ndarray, position: np.ndarray,
-                     normal: np.ndarray, *, is_mirrored: bool, least: int = LEAST) -> Iterator[SpecularScreen]:
+def specular_screens(scene: Scene, screen: Screen, rays: Rays, field: np.ndarray, normal: np.ndarray, *,
+                     is_mirrored: bool, least: int = LEAST) -> Iterator[SpecularScreen]:
     """The screens behind planes that at least so many rays of a picture meet.
 
     Parameters
     ----------
-    vertices
-        N x 4 x 3: the patches' corners.
-    screen
-        The picture.
+    scene, screen
+        The patches and the picture.
+    rays
+        K rays from where those of the picture meet flat patches.
     field
-        K: numbers of rays in it.
-    position, normal
-        K x 3: where they meet flat patches, and these patches' unit normals on the side where they go on.
+        K: their numbers in the picture.
+    normal
+        K x 3: these patches' unit normals on the side where the rays go on.
     is_mirrored
         Whether they are reflected, or go straight on.
     least
         See above.
     """
-    size = np.ptp(vertices.reshape(-1, 3), axis=0).max()
-    offset = np.einsum("kj,kj->k", normal, position)
+    size = np.ptp(scene.vertices.reshape(-1, 3), axis=0).max()
+    offset = np.einsum("kj,kj->k", normal, rays.origin)
     key = np.rint(np.column_stack([normal, offset / size]) / _FLAT).astype(np.int64)
     order = np.lexsort(key.T)
     borders = np.flatnonzero((key[order[1:]] != key[order[:-1]]).any(axis=1)) + 1
@@ -77,8 +78,10 @@ def specular_screens(vertices: np.ndarray, screen: Screen, field: np.ndarray, po
             continue
         rows.sort()
         plane, place = normal[rows[0]], offset[rows].mean()
-        depth = np.einsum("nvj,j->nv", vertices, plane) - place
-        beyond = np.flatnonzero(depth.max(axis=1) > _FLAT * size)
+        depth = np.einsum("nvj,j->nv", scene.vertices, plane) - place
+        # Patches that rays leave are planar only to rounding: a corner of theirs may be beyond the plane.
+        is_left = np.isin(scene.surface, rays.source[rows])
+        beyond = np.flatnonzero((depth.max(axis=1) > _FLAT * size) & ~is_left)
         row, column = np.divmod(field[rows], screen.width)
         camera = screen.camera
         if is_mirrored:
@@ -125,8 +128,7 @@ class SpecularCaster:
         The numbers of the rays that are cast, and their hits.
         """
         found = []
-        for one in specular_screens(self._oracle.scene.vertices, self._screen, field, rays.origin, normal,
-                                    is_mirrored=is_mirrored):
+        for one in specular_screens(self._oracle.scene, self._screen, rays, field, normal, is_mirrored=is_mirrored):
             patch, tests, steps = self._frusta.beyond(one.patches, one.screen, one.number) if len(one.patches) else (
                 np.full(len(one.rows), -1), *np.zeros((2, len(one.rows)), dtype=np.int64))
             met = np.where(patch >= 0, one.patches[patch] if len(one.patches) else -1, -1)
