@@ -12,7 +12,7 @@ from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 __all__ = ["CAMERA", "PARTS", "mirror_room", "rays_behind"]
 
-CAMERA = Camera(eye=(0.3, -3.2, 1.4), target=(0, 2, 1.3), up=(0, 0, 1), fov=75)
+CAMERA = Camera(eye=(0.3, -3.2, 1.4), target=(0, 2, 1.3), up=(0.1, 0.3, 1), fov=75)
 # The mirror is before the wall, which it hides; the pane stands across the room. A board reaches through each.
 PARTS = {
     "mirror": rectangle((-2, 2.5, 0.2), (0, 0, 2.4), (2.2, 0, 0)),
@@ -22,11 +22,14 @@ PARTS = {
 }
 
 
-def mirror_room(wall: Material = BLACK, mirror: Material = BLACK, pane: Material = BLACK, **lamp):
-    """The room; ``lamp`` has properties of `SceneBuilder.build`."""
-    two_sided = {"two_sided": True}
-    return scene_of((box((-2, -4, 0), (2, 4, 3)), wall), ([PARTS["mirror"]], mirror),
-                    ([PARTS["pane"]], pane, two_sided), (PARTS["boards"], wall, two_sided), **lamp)
+def mirror_room(wall: Material = BLACK, mirror: Material = BLACK, pane: Material = BLACK, boards: Material = BLACK,
+                **lamp):
+    """The room without a ceiling, of two-sided parts, whose backs are seen; ``lamp`` has properties of
+    `SceneBuilder.build`.
+    """
+    parts = (box((-2, -4, 0), (2, 4, 3), omit=("+z",)), wall), ([PARTS["mirror"]], mirror), ([PARTS["pane"]], pane), (
+        PARTS["boards"], boards)
+    return scene_of(*((*part, {"two_sided": True}) for part in parts), **lamp)
 
 
 def rays_behind(scene, camera: Camera, size: tuple[int, int], *, is_mirrored: bool):

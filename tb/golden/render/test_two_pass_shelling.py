@@ -249,8 +249,9 @@ def test_mirrors_and_panes_show_what_single_rays_see(monkeypatch):
     scene = mirror_room(Material(name="wall", diffuse=(0.5, 0.6, 0.7)),
                         Material(name="mirror", specular=(0.9, 0.9, 0.9)),
                         Material(name="pane", transparent=(0.8, 0.8, 0.8), thin=True),
+                        Material(name="glass", transparent=(0.8, 0.8, 0.8), refraction_index=1.5),
                         lights=(PointLight(position=(0.2, -1, 2.8), intensity=(9, 9, 9)),))
-    settings = RenderSettings(width=160, height=100, samples=1, rays=(16, 4), max_edge=2.0, method="naive-fixed")
+    settings = RenderSettings(width=80, height=50, samples=4, rays=(16, 4), max_edge=2.0, method="naive-fixed")
     frusta = NaiveFixedFrusta(scene)
     made = render(scene, camera=CAMERA, settings=settings, frusta=frusta)
     monkeypatch.delattr(FixedFrusta, "specular")
