@@ -66,8 +66,8 @@ class MachineCaster(FixedFrusta):
     cells
         Frusta by cell size.
     kinds
-        Of ``hemispheres``, ``screens``, ``specular frusta`` and ``shadow frusta``: frusta, rays, cycles and tests. Rays of a shadow frustum
-        are those of its list.
+        Of ``hemispheres``, ``screens``, ``specular frusta`` and ``shadow frusta``: frusta, rays, cycles and tests. Rays
+        of a shadow frustum are those of its list.
 
     Raises
     ------
