@@ -15,7 +15,7 @@ from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 4, "noc.rows": 1})
-CLUSTERS, WORDS = 4, 4
+NODES, WORDS = 4, 4
 
 
 def word(image, number):
@@ -27,13 +27,14 @@ class TestLoadControl(Bench):
     """Loads one after the other, of images that fail at each cluster, or are at no multiple of 64."""
 
     component = LoadControl
-    changes = {"noc.columns": CLUSTERS, "noc.rows": 1}
+    # The last node is a patch node: it has tables too.
+    changes = {"noc.columns": NODES, "noc.rows": 1, "noc.patch_nodes": 1}
     variants = [{}]
 
     @staticmethod
     def fault(image, cluster):
         """How the DMA ends a command."""
-        code = Fault.POINTER if image // 64 % (CLUSTERS + 2) == cluster else Fault.NONE
+        code = Fault.POINTER if image // 64 % (NODES + 2) == cluster else Fault.NONE
         return {"code": code.value, "address": image + cluster + 8}
 
     @responder("o_command", "i_word", after=(0, 9))
@@ -59,7 +60,7 @@ class TestLoadControl(Bench):
             loads.append({"image": image + wrong, "regions": regions, "copies": copies})
             steps = [(0, regions if copies else regions & ~OWN)]
             if regions & OWN and not copies:
-                steps += [(cluster, regions & OWN) for cluster in range(CLUSTERS)]
+                steps += [(cluster, regions & OWN) for cluster in range(NODES)]
             over = {"code": Fault.IMAGE.value, "address": (image + wrong) % (1 << config.memory.address_bits)}
             for step, (cluster, some) in enumerate(steps if not wrong else ()):
                 commands.append({"image": image, "cluster": cluster, "regions": some})

@@ -38,7 +38,7 @@ class StageCells:
         """Compare; the grid rays that the bounds leave open, and those that they exclude."""
         came, first, last = self._came()
         depth, excluded, undecided = self._config.ctu.run_ahead, 0, 0
-        assert max(came, default=0) < len(self._stages), "a stage came that is none of the frustum's"
+        assert max(came, default=-1) < len(self._stages), "a stage came that is none of the frustum's"
         for number, (subshell, shell, window) in enumerate(self._stages):
             begins = max((last[one] for one in last if one < number - depth), default=0)
             ends = min((first[one] for one in first if one > number + depth), default=None)

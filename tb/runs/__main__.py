@@ -5,7 +5,7 @@ from random import SystemRandom
 
 import click
 
-from tb.runs.ledger import Ledger
+from tb.runs.ledger import LEDGER, Ledger
 from tb.runs.nightly import commit_of, run_shards
 from tb.runs.release import NotReadyError, release
 from tb.runs.shard import shards
@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 
 
 @click.group()
-@click.option("--ledger", type=click.Path(path_type=Path, dir_okay=False), default=ROOT / "out/nightly/ledger.jsonl",
+@click.option("--ledger", type=click.Path(path_type=Path, dir_okay=False), default=ROOT / LEDGER,
               help="Keep the ledger in this file.")
 @click.pass_context
 def main(context, ledger):

@@ -5,7 +5,10 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-__all__ = ["Entry", "Ledger"]
+__all__ = ["LEDGER", "Entry", "Ledger"]
+
+# Committed, so that several machines and sittings add to it.
+LEDGER = "tb/runs/ledger.jsonl"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,7 +20,7 @@ class Entry:
     shard
         Its name.
     commit
-        The commit's hash; with ``+`` behind it, files differed from the commit.
+        The hash of the newest commit that changed more than the ledger; with ``+`` behind it, files differed.
     seed
         What the tests drew from.
     versions

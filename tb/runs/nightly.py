@@ -11,7 +11,7 @@ from datetime import datetime
 from pathlib import Path
 from xml.etree import ElementTree
 
-from tb.runs.ledger import Entry, Ledger
+from tb.runs.ledger import LEDGER, Entry, Ledger
 from tb.runs.shard import MINUTES, Shard
 from tb.runs.versions import versions
 
@@ -19,11 +19,15 @@ __all__ = ["commit_of", "counts", "cpu_seconds", "run_shards"]
 
 
 def commit_of(folder: Path) -> str:
-    """The hash of the commit that is checked out, and ``+`` if files differ from it."""
-    def git(*words):
-        return subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True, check=True).stdout.strip()
+    """The hash of the newest commit that changed more than the ledger, and ``+`` if files differ from it.
 
-    return git("rev-parse", "HEAD") + ("+" if git("status", "--porcelain") else "")
+    So shards that have been recorded count for the commit that records them.
+    """
+    def git(*words):
+        return subprocess.run(["git", *words, "--", ".", f":(exclude){LEDGER}"], cwd=folder, capture_output=True,
+                              text=True, check=True).stdout.strip()
+
+    return git("log", "-1", "--first-parent", "--format=%H") + ("+" if git("status", "--porcelain") else "")
 
 
 def counts(report: Path) -> tuple[int, int, int]:

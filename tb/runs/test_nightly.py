@@ -1,9 +1,11 @@
 """How shards end, and what the ledger then says."""
 
+import subprocess
+
 import pytest
 
 from tb.runs.checkout import checkout
-from tb.runs.ledger import Ledger
+from tb.runs.ledger import LEDGER, Ledger
 from tb.runs.nightly import commit_of, counts, run_shards
 from tb.runs.shard import Shard
 
@@ -61,6 +63,18 @@ def test_a_changed_file_marks_the_commit(tmp_path):
     (root / "a").write_text("1")
     assert commit_of(root) == commit + "+"
     assert len(commit) == 40
+
+
+def test_the_commit_that_records_shards_is_theirs(tmp_path):
+    root = checkout(tmp_path / "project", {"a": "0", LEDGER: ""})
+    commit = commit_of(root)
+    (root / LEDGER).write_text("{}\n")
+    assert commit_of(root) == commit
+    subprocess.run(["git", "commit", "-qam", "Record"], cwd=root, check=True)
+    assert commit_of(root) == commit
+    (root / "a").write_text("1")
+    subprocess.run(["git", "commit", "-qam", "Change"], cwd=root, check=True)
+    assert commit_of(root) != commit
 
 
 def test_no_report_counts_nothing(tmp_path):

@@ -141,8 +141,11 @@ def test_texture_coordinates_that_are_not_there_are_refused(tmp_path, face, says
     assert says in refusal(textured(tmp_path, f"f {face}\n"))
 
 
-def picture_file(folder, image, *, emits=False, shift=(0, 0), has_uv=True, info=None, webp=False, **sampler):
-    """A square with a texture, of which it shows the upper left quarter: red. Its coordinates may be shifted."""
+def picture_file(folder, image, *, emits=False, glow=None, shift=(0, 0), has_uv=True, info=None, webp=False, **sampler):
+    """A square with a texture, of which it shows the upper left quarter: red. Its coordinates may be shifted.
+
+    With ``glow``, another sampler, it emits the same picture too.
+    """
     data = io.BytesIO()
     image.save(data, **({"format": "WEBP", "lossless": True} if webp else {"format": "PNG"}))
     (folder / "picture.png").write_bytes(data.getvalue())
@@ -150,8 +153,8 @@ def picture_file(folder, image, *, emits=False, shift=(0, 0), has_uv=True, info=
     (folder / "uv.bin").write_bytes(uv.tobytes())
     info = {"index": 0, **(info or {})}
     material = {"pbrMetallicRoughness": {"metallicFactor": 0, **({} if emits else {"baseColorTexture": info})}}
-    if emits:
-        material |= {"emissiveTexture": info, "emissiveFactor": [1, 1, 1]}
+    if emits or glow:
+        material |= {"emissiveTexture": {**info, "index": int(bool(glow))}, "emissiveFactor": [1, 1, 1]}
     accessors = [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
                  {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
                  {"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"}]
@@ -159,8 +162,9 @@ def picture_file(folder, image, *, emits=False, shift=(0, 0), has_uv=True, info=
              {"buffer": 1, "byteLength": 32}]
     texture = {"sampler": 0, **({"extensions": {"EXT_texture_webp": {"source": 0}}} if webp else {"source": 0})}
     attributes = {"POSITION": 0, **({f"TEXCOORD_{info.get('texCoord', 0)}": 2} if has_uv else {})}
-    return gltf(folder, materials=[material], textures=[texture], images=[{"uri": "picture.png"}], samplers=[sampler],
-                accessors=accessors, bufferViews=views,
+    further = [glow] if glow else []
+    return gltf(folder, materials=[material], textures=[texture, *({**texture, "sampler": 1} for _ in further)],
+                images=[{"uri": "picture.png"}], samplers=[sampler, *further], accessors=accessors, bufferViews=views,
                 buffers=[{"byteLength": 60}, {"byteLength": 32, "uri": "uv.bin"}],
                 meshes=[{"primitives": [{"attributes": attributes, "indices": 1, "material": 0}]}])
 
@@ -209,6 +213,13 @@ def test_each_side_of_a_texture_of_gltf_has_its_wrap(tmp_path, sampler, colour):
     """Behind the right and the lower border."""
     scene = load_scene(picture_file(tmp_path, ATLAS, shift=(1, 1), **sampler))
     assert scene.channels("diffuse") == pytest.approx(np.array([colour]) / 255, abs=1e-9)
+
+
+def test_two_textures_of_gltf_with_one_picture_have_their_own_wraps(tmp_path):
+    """Behind the right border."""
+    scene = load_scene(picture_file(tmp_path, ATLAS, glow={"wrapS": 33071}, shift=(1, 0)))
+    for channel, colour in ("diffuse", RED), ("emission", GREEN):
+        assert scene.channels(channel) == pytest.approx(np.array([colour]) / 255, abs=1e-9)
 
 
 def test_a_texture_of_gltf_that_cannot_be_read_is_refused(tmp_path):

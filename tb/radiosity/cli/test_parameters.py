@@ -1,9 +1,10 @@
-"""Numbers of options: how many there are, and the least that each may be, itself included."""
+"""Numbers of options: how many there are, and the least and the most that each may be, themselves included."""
 
 import click
 import pytest
 
 from radiosity.cli.parameters import Numbers
+from radiosity.cli.workers import Workers
 
 
 @pytest.mark.parametrize("least", [0, -2.5, 3])
@@ -22,3 +23,9 @@ def test_the_least_number_is_accepted_and_none_below_it(least, at):
 def test_other_texts_are_refused(text):
     with pytest.raises(click.BadParameter, match="is not three finite numbers like X,Y,Z"):
         Numbers().convert(text, None, None)
+
+
+@pytest.mark.parametrize("count", [1, 256])
+def test_the_fewest_and_the_most_processes_are_accepted(count):
+    """One less and one more are refused as uses of the command line."""
+    assert Workers().convert(str(count), None, None) == count
