@@ -29,8 +29,8 @@ def rays(config: Config, given: dict) -> Vectors:
         steps[traversal.ray] += 1
         traversal.advance()
     return Vectors(
-        inputs={"i": items}, expected={}, ports={"origin": given["place"].tolist(), "shape": given["shape"].tolist()},
-        about=SimpleNamespace(
+        inputs={"i": items}, expected={"o": [None] * int(np.maximum(steps, 1).sum())},
+        ports={"origin": given["place"].tolist(), "shape": given["shape"].tolist()}, about=SimpleNamespace(
             cells=[[cell for cell in row if cell >= 0] for row in BLOCK.expect(given, config)["cells"].tolist()],
             items=np.maximum(steps, 1).tolist()))
 

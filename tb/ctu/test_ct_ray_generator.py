@@ -29,8 +29,8 @@ CHANGES = {"ctu.run_ahead": 15}
 
 def requests(stages):
     """Golden's requests; see `check`."""
-    return Vectors(inputs={"i": stages.items}, first={"i_table": stages.tables}, ports=stages.ports, expected={},
-                   about=stages)
+    return Vectors(inputs={"i": stages.items}, first={"i_table": stages.tables}, ports=stages.ports,
+                   expected={"o": [None] * len(stages.requests)}, about=stages)
 
 
 def check(came, stages):

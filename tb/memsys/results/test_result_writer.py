@@ -52,8 +52,9 @@ class TestResultWriter(Bench):
         sections = [drawn_section(100 * seed + k, config, base=APART * (k + 1)) for k in range(self.count)]
         requests = [{**request, "tag": 0} for one in sections for request in one.requests(bits)]
         memory = WriteMemory(bits, requests)
-        return Vectors(inputs=joined(sections), expected={"o_request": requests, "o_done": list(map(done, sections))},
-                       about=(sections, memory, bits))
+        data = [{"data": None, "strobe": None}] * sum(request["length"] + 1 for request in requests)
+        return Vectors(inputs=joined(sections), about=(sections, memory, bits), expected={
+            "o_request": requests, "o_data": data, "o_done": list(map(done, sections))})
 
     @responder("o_data", "i_written", after=(0, 9))
     def data(self, value):
