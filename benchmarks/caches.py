@@ -5,22 +5,22 @@ the clusters' requests to golden's caches. It writes out/bench/caches.md and a c
 figures 1.13 and 1.14. `tb/memsys/bus/test_cache_strings.py` shows that the hardware's cache gives the same answers.
 """
 
-from pathlib import Path
-
-import click
 import numpy as np
 
-from benchmarks.cache_strings import POINTS, SCENES, Strings, cast_strings
-from benchmarks.report import output_option, provenance, write_report
-from golden.cast.hemisphere import Hemisphere
-from golden.engine.config import PRESETS
+from benchmarks.ceiling import CELL, HEMISPHERE, POINTS, SCENES, Ceiling
+from benchmarks.report import benchmark, provenance, table, write_chart, write_report
+from golden.engine.config import PRESETS, Config
 from golden.engine.memsys.bus.cache import Cache
 from golden.engine.memsys.bus.cache_policy import CachePolicy
-from radiosity.charts.chart import Line, line_figure, write_figure
+from golden.engine.memsys.bus.reference_strings import ReferenceStrings, interleaved
+from golden.engine.schedule.phase import Schedule
+from radiosity.charts.chart import Line
 from radiosity.cli.console import console
 
+__all__ = ["cast_strings"]
+
 CONFIG = PRESETS["paper"]
-HEMISPHERE, CELL, CLUSTERS = Hemisphere(256, 64), 0.0625, 4
+CLUSTERS = 4
 SIZES = tuple(1 << bits for bits in range(3, 13))
 NAMES = {CachePolicy.DIRECT: "direct", CachePolicy.LFU: "fully associative, LFU", CachePolicy.LRU: "4-way, LRU"}
 # What the resident set is compared with: lines of a cluster's own cache.
@@ -31,9 +31,26 @@ FIRST, FIRST_LINES = 3000, (16, 64)
 KEY_BITS, PATCH_BITS = 16, 5 * 72
 
 
-def misses(policy: CachePolicy, lines: int, keys: np.ndarray, **options) -> int:
+def cast_strings(name: str, config: Config, clusters: int, points: tuple[int, ...] = POINTS, **ceiling) -> tuple[
+        Schedule, ReferenceStrings, dict[str, np.ndarray]]:
+    """A phase, what its clusters request in castings, frustum by frustum, and all cells and all patches of that.
+
+    Parameters
+    ----------
+    name, config, ceiling
+        See `Ceiling`.
+    clusters, points
+        Clusters of the phase, which is scheduled at point 0, and the points of its castings.
+    """
+    made = Ceiling(name, config, **ceiling)
+    plan = made.plan(clusters)
+    requests = ReferenceStrings.of(made.shelling, [made.record(point) for point in points], plan.partition.sections)
+    return plan, requests, {"cells": interleaved(requests.cells), "patches": interleaved(requests.patches)}
+
+
+def misses(policy: CachePolicy, lines: int, keys: np.ndarray) -> int:
     """Of one string, from an empty cache on."""
-    cache = Cache(policy, lines=lines, **{"lfu_lines": lines, **options})
+    cache = Cache(policy, lines=lines, lfu_lines=lines)
     cache.access(keys)
     return cache.misses
 
@@ -43,11 +60,10 @@ def ratios(string: np.ndarray) -> dict[CachePolicy, list[float]]:
     return {policy: [misses(policy, lines, string) / max(1, len(string)) for lines in SIZES] for policy in NAMES}
 
 
-def beginning(name: str, string: np.ndarray) -> str:
+def beginning(name: str, string: np.ndarray) -> list:
     """A row of miss ratios of the first requests for patches, which the tests replay in hardware."""
     first = string[:FIRST]
-    cells = [f"{misses(policy, lines, first) / len(first):.3f}" for lines in FIRST_LINES for policy in NAMES]
-    return f"| {name} | {' | '.join(cells)} |"
+    return [name, *(f"{misses(policy, lines, first) / len(first):.3f}" for lines in FIRST_LINES for policy in NAMES)]
 
 
 def cache_bits(lines: int) -> int:
@@ -59,67 +75,54 @@ def cache_bits(lines: int) -> int:
     return lines * (PATCH_BITS + 1 + key + 1) + sets * (memsys.cache_generation_bits + pairs)
 
 
-def resident(name: str, strings: Strings) -> list[str]:
+def resident(name: str, plan: Schedule, patches: list[list[np.ndarray]]) -> list[list]:
     """Table rows: share of a cluster's requests that its own memory or cache of as many bytes answers."""
     rows = []
-    home = np.full(1 + max(int(string.max()) for frustum in strings.requests.patches for string in frustum
-                           if len(string)), -1)
+    home = np.full(1 + max(int(string.max()) for frustum in patches for string in frustum if len(string)), -1)
     for lines in OWN_LINES:
         capacity = cache_bits(lines) // PATCH_BITS
-        frequency, own, near, cached, total = strings.plan.found.frequency, 0, 0, 0, 0
+        frequency, own, near, cached, total = plan.found.frequency, 0, 0, 0, 0
         home[:] = -1
-        for cluster, held in enumerate(strings.plan.sets.patches):
+        for cluster, held in enumerate(plan.sets.patches):
             kept = held[np.argsort(-frequency[held], kind="stable")[:capacity]]
             home[kept[kept < len(home)]] = cluster
         for cluster in range(CLUSTERS):
-            string = np.concatenate([frustum[cluster] for frustum in strings.requests.patches])
+            string = np.concatenate([frustum[cluster] for frustum in patches])
             own += int((home[string] == cluster).sum())
             near += int((home[string] >= 0).sum())
             cached += len(string) - misses(CachePolicy.LRU, lines, string)
             total += len(string)
-        rows.append(f"| {name} | {lines} | {cache_bits(lines) // 8} | {capacity} | {own / total:.3f} "
-                    f"| {near / total:.3f} | {cached / total:.3f} |")
+        rows.append([name, lines, cache_bits(lines) // 8, capacity,
+                     *(f"{count / total:.3f}" for count in (own, near, cached))])
     return rows
 
 
-def write_chart_of(folder: Path, name: str, curves: dict[str, dict[CachePolicy, list[float]]]) -> None:
-    """Miss ratios over the logarithm of the size."""
-    lines = [Line(name=f"{what}: {NAMES[policy]}", x=np.log2(SIZES), y=np.array(values))
-             for what, by_policy in curves.items() for policy, values in by_policy.items()]
-    write_figure(folder / f"caches-{name}.svg", line_figure(
-        lines, title=f"{name}: miss ratio", x_name="logarithm of the lines", y_name="miss ratio", y_top=1.0))
-
-
-@click.command()
-@click.argument("scenes", nargs=-1)
-@output_option("caches")
-def main(scenes: tuple[str, ...], output: Path) -> None:
+@benchmark("caches", SCENES)
+def main(scenes: tuple[str, ...]) -> None:
     """Write tables and charts for SCENES (default: the five of the thesis)."""
-    tables, sets, firsts = [], [], []
-    for name in scenes or SCENES:
-        strings = cast_strings(name, CONFIG, clusters=CLUSTERS, hemisphere=HEMISPHERE, cell=CELL)
-        curves = {what: ratios(string) for what, string in strings.joined().items()}
-        for what, string in strings.joined().items():
-            for policy, values in curves[what].items():
-                tables.append(f"| {name} | {what} | {len(string)} | {len(np.unique(string))} | {NAMES[policy]} | "
-                              + " | ".join(f"{value:.3f}" for value in values) + " |")
-        sets += resident(name, strings)
-        firsts.append(beginning(name, strings.joined()["patches"]))
-        write_chart_of(output.parent, name, curves)
-        console().note("\n".join(tables[-2 * len(NAMES):]))
-    lines = [
-        "# Caches", "",
+    rows, sets, firsts = [], [], []
+    for name in scenes:
+        plan, requests, joined = cast_strings(name, CONFIG, CLUSTERS)
+        curves = {what: ratios(string) for what, string in joined.items()}
+        rows += [[name, what, len(string), len(np.unique(string)), NAMES[policy], *(f"{value:.3f}" for value in values)]
+                 for what, string in joined.items() for policy, values in curves[what].items()]
+        sets += resident(name, plan, requests.patches)
+        firsts.append(beginning(name, joined["patches"]))
+        lines = [Line(name=f"{what}: {NAMES[policy]}", x=np.log2(SIZES), y=np.array(values))
+                 for what, by_policy in curves.items() for policy, values in by_policy.items()]
+        write_chart(f"caches-{name}", lines, title=f"{name}: miss ratio", x_name="logarithm of the lines",
+                    y_name="miss ratio", y_top=1.0)
+        console().note(f"{name}: {len(joined['patches'])} requests for patches")
+    write_report(
+        "Caches",
         f"{provenance('numpy')}; hemispheres of {len(HEMISPHERE)} rays from ceiling points "
-        f"{', '.join(str(point) for point in POINTS)}, one after the other, {CLUSTERS} clusters whose requests take "
-        f"turns, cell {CELL}.", "",
-        "## Miss ratio against lines", "",
-        "| scene | string | requests | different | placement | " + " | ".join(str(size) for size in SIZES) + " |",
-        "|---" * (5 + len(SIZES)) + "|", *tables, "",
-        f"## Miss ratio of the first {FIRST} requests for patches", "",
-        "| scene | " + " | ".join(f"{lines}: {NAMES[policy]}" for lines in FIRST_LINES for policy in NAMES) + " |",
-        "|---" * (1 + len(FIRST_LINES) * len(NAMES)) + "|", *firsts, "",
-        "## Resident set and cache of equal bytes", "",
+        f"{', '.join(str(point + 1) for point in POINTS)}, one after the other, {CLUSTERS} clusters whose requests "
+        f"take turns, cell {CELL}.",
+        "## Miss ratio against lines",
+        table(["scene", "string", "requests", "different", "placement", *SIZES], rows),
+        f"## Miss ratio of the first {FIRST} requests for patches",
+        table(["scene", *(f"{lines}: {NAMES[policy]}" for lines in FIRST_LINES for policy in NAMES)], firsts),
+        "## Resident set and cache of equal bytes",
         "Share of the clusters' requests for patches that are answered: by the cluster's own resident set; by that of "
-        "any cluster; by a 4-way LRU cache of the cluster's own, never emptied.", "",
-        "| scene | lines | bytes | patches of the set | own set | any set | own cache |", "|---" * 7 + "|", *sets, ""]
-    write_report(output, lines)
+        "any cluster; by a 4-way LRU cache of the cluster's own, never emptied.",
+        table(["scene", "lines", "bytes", "patches of the set", "own set", "any set", "own cache"], sets))

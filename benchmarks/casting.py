@@ -7,14 +7,12 @@ checks that the first three agree, and writes a table.
 """
 
 import time
-from pathlib import Path
 
-import click
 import numpy as np
 
 from benchmarks.bare_embree import BareEmbree
 from benchmarks.float32_causes import CAUSES, float32_causes
-from benchmarks.report import output_option, provenance, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from golden.cast.frame import frame
 from golden.cast.grid import Grid
 from golden.cast.methods import ray_caster
@@ -86,7 +84,7 @@ def binding(scene):
     return cast
 
 
-def measure(name: str) -> list[str]:
+def measure(name: str) -> list[list]:
     """Table rows of a scene."""
     scene = open_scene(name)
     grid, naive = Grid(scene, jobs=1), Naive(scene)
@@ -111,33 +109,23 @@ def measure(name: str) -> list[str]:
             causes = float32_causes(scene, wrong, one.any_hit(wrong), grid.any_hit(wrong))
         else:
             causes = float32_causes(scene, rays, found, hits)
-        rows.append(f"| {name} | {len(scene)} | {kind} | {len(rays)} | {hits.tests.mean():.2f} "
-                    f"| {hits.steps.mean():.2f} | {naive_rate / 1e6:.5f} | {grid_rate / 1e6:.2f} "
-                    f"| {one_rate / 1e6:.2f} | {two_rate / 1e6:.2f} "
-                    f"| {bare_rate / 1e6:.2f} | {bound_rate} | {one_rate / bare_rate:.2f} "
-                    f"| {' | '.join(str(causes[cause]) for cause in CAUSES)} |")
+        rows.append([name, len(scene), kind, len(rays), f"{hits.tests.mean():.2f}", f"{hits.steps.mean():.2f}",
+                     f"{naive_rate / 1e6:.5f}", *(f"{one / 1e6:.2f}" for one in (
+                         grid_rate, one_rate, two_rate, bare_rate)), bound_rate, f"{one_rate / bare_rate:.2f}",
+                     *(causes[cause] for cause in CAUSES)])
+        console().note(" ".join(map(str, rows[-1])))
     return rows
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
-@output_option("casting")
-def main(scenes: tuple[str, ...], output: Path) -> None:
+@benchmark("casting", ("cornell", "lobby", "room1627", "cubes", "man", "tetra", "balls:3", "city"))
+def main(scenes: tuple[str, ...]) -> None:
     """Compare the casting methods with Embree; SCENES default to eight built-in ones."""
-    lines = [
-        "# Casting: million rays per second of processor time",
-        "",
+    rows = [row for name in scenes for row in measure(name)]
+    write_report(
+        "Casting: million rays per second of processor time",
         f"{provenance('numpy', 'embreex')}; seed {SEED}, {SIDE} x {SIDE} rays, best of {REPEATS} runs or more. "
         "Bare: Embree's own interface, single precision, first patch alone. Last columns: rays with another hit by "
         "embree than by grid. Within single precision's band a hit is of the ray's start, or of the border of its "
         "patch, or the patch is seen edge-on, or the two patches are that near to each other.",
-        "",
-        "| scene | patches | rays | count | tests/ray | steps/ray | naive | grid | embree | 2 threads | bare | binding "
-        f"| embree : bare | {' | '.join(CAUSES)} |",
-        "|---" * 18 + "|",
-    ]
-    for name in scenes or ("cornell", "lobby", "room1627", "cubes", "man", "tetra", "balls:3", "city"):
-        rows = measure(name)
-        lines += rows
-        console().note("\n".join(rows))
-    write_report(output, lines)
+        table(["scene", "patches", "rays", "count", "tests/ray", "steps/ray", "naive", "grid", "embree", "2 threads",
+               "bare", "binding", "embree : bare", *CAUSES], rows))

@@ -1,5 +1,7 @@
 """Hemispheres from points of a scene's ceiling: what several benchmarks cast."""
 
+from functools import cached_property
+
 import numpy as np
 
 from golden.cast.hemisphere import Hemisphere
@@ -28,25 +30,36 @@ class Ceiling:
         The scene's name.
     config
         The configuration.
+    cell, hemisphere
+        Size of the cells, and the rays of each frustum.
+    point
+        The only one of the points. Default: all of them.
     options
         More parameters of `Shelling`.
 
     Members
     -------
     scene, points, geometry, shelling
-        The scene, the points, its patches as seen from them, and shelling in cells of `CELL`.
+        The scene, the points, its patches as seen from them, and shelling.
     """
 
-    def __init__(self, name: str, config: Config, **options):
-        self._config = config
+    def __init__(self, name: str, config: Config, *, cell: float = CELL, hemisphere: Hemisphere = HEMISPHERE,
+                 point: int | None = None, **options):
+        self._config, self._hemisphere, self._options = config, hemisphere, {"cell": cell, **options}
         self.scene = open_scene(name)
-        self.points, self._down = ceiling_points(self.scene)
+        points, self._down = ceiling_points(self.scene)
+        self.points = points if point is None else points[[point]]
         self.geometry = PatchGeometry.of(self.scene, config.numbers, self.points)
-        self.shelling = Shelling(self.geometry, config, cell=CELL, **options)
 
-    def record(self, point: int) -> FrustumRecord:
-        """The hemisphere at a point."""
-        return hemisphere_record(HEMISPHERE, self.geometry.coordinates, self.points[point], self._down)
+    @cached_property
+    def shelling(self) -> Shelling:
+        """Made when it is used first."""
+        return Shelling(self.geometry, self._config, **self._options)
+
+    def record(self, point: int = 0, hemisphere: Hemisphere | None = None) -> FrustumRecord:
+        """The hemisphere at a point, or another one."""
+        return hemisphere_record(hemisphere or self._hemisphere, self.geometry.coordinates, self.points[point],
+                                 self._down)
 
     def plan(self, clusters: int, *, ratio: int = RATIO, ray_capacity: int | None = None) -> Schedule:
         """The schedule from point 0."""

@@ -4,18 +4,13 @@
 plane, and panes, in the manner of CIE 171:2006. The truth is a closed form, or quadrature of a definition.
 """
 
-from pathlib import Path
-
-import click
-
 from benchmarks.daylight_cases import CASES
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from radiosity.cli.console import console
 
 
-@click.command()
-@output_option("daylight")
-def main(output: Path) -> None:
+@benchmark("daylight")
+def main() -> None:
     """Compare measured illuminances with the truth."""
     rows, largest = [], 0.0
     for name, measure in CASES.items():
@@ -24,6 +19,5 @@ def main(output: Path) -> None:
             rows.append([case.name, f"{case.truth:.5g}", f"{case.found:.5g}", f"{difference:+.2f} %"])
             largest = max(largest, abs(case.error))
         console().note(name)
-    write_report(output, ["# Daylight and lamps", "", f"{provenance('numpy', 'scipy')}.", "",
-                          *table(["what", "truth", "measured", "difference"], rows), "",
-                          f"Largest difference: {largest:.2%}."])
+    write_report("Daylight and lamps", f"{provenance('numpy', 'scipy')}.",
+                 table(["what", "truth", "measured", "difference"], rows), f"Largest difference: {largest:.2%}.")

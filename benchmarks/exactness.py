@@ -6,12 +6,11 @@ seed suffice to repeat a row.
 
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import click
 import numpy as np
 
-from benchmarks.report import output_option, provenance, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from benchmarks.viewpoints import CONFIG, halves, hard_records
 from golden.cast.grid import Grid
 from golden.engine.cast.differences import differences, oracle_rays
@@ -78,7 +77,7 @@ def oracle_differences(fixed: FixedHits, grid: Grid, record: FrustumRecord, scen
     return causes
 
 
-def measure(name: str, seed: int) -> tuple[str, bool]:
+def measure(name: str, seed: int) -> tuple[list, bool]:
     """The row of a scene, and whether nothing in it must not be."""
     scene = open_scene(name)
     geometry, records = hard_records(scene, origins=ORIGINS, rays=RAYS, pixels=PIXELS, seed=seed)
@@ -95,42 +94,36 @@ def measure(name: str, seed: int) -> tuple[str, bool]:
         causes.update(oracle_differences(hits, grid, record, scene, geometry))
     rays = sum(map(len, records))
     hit = sum(np.count_nonzero(hits.patch >= 0) for hits in expected)
-    row = (f"| {name} | {len(scene)} | {seed} | {len(records)} | {rays} | {hit / rays:.2f} "
-           f"| {' | '.join(map(str, wrong))} | {' | '.join(str(causes[cause]) for cause in CAUSES)} "
-           f"| {1e6 * (sum(causes.values()) - causes['dropped']) / rays:.0f} |")
+    row = [name, len(scene), seed, len(records), rays, f"{hit / rays:.2f}", *wrong, *(causes[one] for one in CAUSES),
+           f"{1e6 * (sum(causes.values()) - causes['dropped']) / rays:.0f}"]
     return row, not any(wrong) and not causes["unexplained"]
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
+@benchmark("exactness", tuple(BUILTIN))
 @click.option("--seed", default=1, help="Set the seed of the origins, cameras and orders.")
-@output_option("exactness")
-def main(scenes: tuple[str, ...], seed: int, output: Path) -> None:
+def main(scenes: tuple[str, ...], seed: int) -> None:
     """Count the rays that differ from brute force; SCENES default to all built-in scenes."""
-    lines = [
-        "# Exactness: rays that differ", "", provenance("numpy") + ".", "",
+    rows, are_fine = [], True
+    for name in scenes:
+        row, is_fine = measure(name, seed)
+        are_fine &= is_fine
+        rows.append(row)
+        console().note(" ".join(map(str, row)))
+    write_report(
+        "Exactness: rays that differ", provenance("numpy") + ".",
         f"Each scene from {ORIGINS} origins (on patches, at vertices, next to edges, anywhere), from each of them a "
         f"hemisphere of {RAYS[0]} x {RAYS[1]} rays and a screen of {PIXELS[0]} x {PIXELS[1]} with a field of view of "
-        "20, 60 or 100 degrees, and the scene's own view.", "",
-        "* *cell*: rays of which any field (patch, 1/t, u, v) of shelling differs from brute force in the same "
-        "integers. Must be 0.",
-        f"* *orders*: the same with the finest cells, the patches of each cell in {ORDERS} random orders on "
-        f"{', '.join(map(str, CLUSTERS))} clusters, and a quarter of the frusta on each number of clusters. Must be 0.",
-        "* The rest: rays of which fixed point hits another patch than the float64 oracle, by cause "
-        "(`golden.engine.cast.differences`), and all but *dropped* per million rays. *Dropped* are rays that leave a "
-        "vertex "
-        "or a point of a patch that is not named as their source: float64 meets it at the origin itself, and is tried "
-        "again without such patches; what differs then counts too. *Unexplained* must be 0.", "",
-        "| " + " | ".join(["scene", "patches", "seed", "frusta", "rays", "hit", *(f"cell {cell}" for cell in CELLS),
-                           "orders", *(cause.replace("_", " ") for cause in CAUSES), "per million"]) + " |",
-        "|---" * (13 + len(CELLS)) + "|",
-    ]
-    fine = True
-    for name in scenes or BUILTIN:
-        row, good = measure(name, seed)
-        fine &= good
-        lines.append(row)
-        console().note(row)
-    write_report(output, lines)
-    if not fine:
+        "20, 60 or 100 degrees, and the scene's own view.",
+        ["* *cell*: rays of which any field (patch, 1/t, u, v) of shelling differs from brute force in the same "
+         "integers. Must be 0.",
+         f"* *orders*: the same with the finest cells, the patches of each cell in {ORDERS} random orders on "
+         f"{', '.join(map(str, CLUSTERS))} clusters, and a quarter of the frusta on each number of clusters. Must be "
+         "0.",
+         "* The rest: rays of which fixed point hits another patch than the float64 oracle, by cause "
+         "(`golden.engine.cast.differences`), and all but *dropped* per million rays. *Dropped* are rays that leave a "
+         "vertex or a point of a patch that is not named as their source: float64 meets it at the origin itself, and "
+         "is tried again without such patches; what differs then counts too. *Unexplained* must be 0."],
+        table(["scene", "patches", "seed", "frusta", "rays", "hit", *(f"cell {cell}" for cell in CELLS), "orders",
+               *(cause.replace("_", " ") for cause in CAUSES), "per million"], rows))
+    if not are_fine:
         raise SystemExit("error: there are differences that must not be")

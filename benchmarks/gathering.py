@@ -9,13 +9,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
-import click
 import numpy as np
 from scipy import sparse
 
 from benchmarks.furnished_room import furnished_room
-from benchmarks.report import output_option, provenance, table, write_report
-from benchmarks.thesis_networks import grade
+from benchmarks.grades import grade, grade_of, signed
+from benchmarks.report import benchmark, provenance, table, write_report
 from radiosity.cli.console import console
 from radiosity.machines.common.assignment import shares
 from radiosity.machines.common.hypercube import hypercube
@@ -143,11 +142,10 @@ def _form_factor_rows() -> tuple[list, dict]:
 
 def orders_of(cases: dict[tuple[int, int], dict[str, float]]) -> dict[str, int]:
     """In how many cases each of the source's orders of the schemes' seconds holds."""
-    each = cases.values()
-    return {"demand-driven is fastest": sum(min(one, key=one.get) == "demand-driven" for one in each),
-            "sharing is faster than sharing, tiled": sum(one["sharing"] < one["sharing, tiled"] for one in each),
-            "circulation is slower than sharing, tiled": sum(one["circulation"] > one["sharing, tiled"]
-                                                             for one in each)}
+    return {statement: sum(map(holds, cases.values())) for statement, holds in (
+        ("demand-driven is fastest", lambda one: min(one, key=one.get) == "demand-driven"),
+        ("sharing is faster than sharing, tiled", lambda one: one["sharing"] < one["sharing, tiled"]),
+        ("circulation is slower than sharing, tiled", lambda one: one["circulation"] > one["sharing, tiled"]))}
 
 
 def _statements(found) -> list[list]:
@@ -156,9 +154,8 @@ def _statements(found) -> list[list]:
     simulated, rows = {case: seconds for case, (seconds, _) in found.items()}, []
     for name, count in orders_of(simulated).items():
         expected = orders_of(source)[name]
-        is_same = count >= expected - (_FEWER if expected < len(source) else 0)
         rows.append([name, "all", f"{expected} of {len(source)}", f"{count} of {len(source)}",
-                     "reproduced" if is_same else "not reproduced"])
+                     grade_of(count >= expected - (_FEWER if expected < len(source) else 0))])
     for name, (above, below) in _RATIOS.items():
         for case in (one for one in source if one[1] == _MOST):
             ratios = [each[case][above] / each[case][below] for each in (source, simulated)]
@@ -166,7 +163,7 @@ def _statements(found) -> list[list]:
     for patches, alone in _ALONE.items():
         efficiencies = alone / (_MOST * source[patches, _MOST]["demand-driven"]), found[patches, _MOST][1].efficiency
         rows.append(["efficiency, demand-driven", patches, *(f"{one:.3f}" for one in efficiencies),
-                     "reproduced" if efficiencies[1] >= _LEAST_EFFICIENCY else "not reproduced"])
+                     grade_of(efficiencies[1] >= _LEAST_EFFICIENCY)])
     return rows
 
 
@@ -177,24 +174,23 @@ def _iteration_rows(rows) -> list[list]:
     for case, (uneven, even) in ITERATIONS.items():
         before = rows(*case)
         ratio = iteration_seconds(before, timing) / (even * (1 + balanced[case]))
-        found.append([*case, f"{even:.3f}", f"{even * (1 + balanced[case]):.3f}", f"{100 * balanced[case]:+.1f} %",
-                      "reproduced" if abs(balanced[case]) <= BAND else "not reproduced", f"{100 * silent[case]:+.1f} %",
-                      f"{uneven / even:.3f}", f"{ratio:.3f}", grade(ratio, uneven / even)])
+        found.append([*case, f"{even:.3f}", f"{even * (1 + balanced[case]):.3f}", signed(balanced[case]),
+                      grade_of(abs(balanced[case]) <= BAND), signed(silent[case]), f"{uneven / even:.3f}",
+                      f"{ratio:.3f}", grade(ratio, uneven / even)])
     return found
 
 
-@click.command()
-@output_option("gathering")
-def main(output) -> None:
+@benchmark("gathering")
+def main() -> None:
     """Simulate tables 2.1 and 2.2 of Kurc's thesis."""
     rows, found = _form_factor_rows()
     iterations = _iteration_rows(_demanded_rows())
     columns = [f"{name}{which}" for name in SCHEMES for which in ("", ", simulated")]
-    write_report(output, [
-        "# Gathering on a hypercube, simulated", "",
+    write_report(
+        "Gathering on a hypercube, simulated",
         f"{provenance('numpy')}; furnished rooms; random assignments are the mean of {_RUNS}; lengths of rows by "
-        f"{_RAYS[0]} x {_RAYS[1]} rays.", "",
-        *table(["patches", "nodes", *columns, "efficiency"], rows), "",
-        *table(["statement", "patches", "source", "simulated", "grade"], _statements(found)), "",
-        *table(["patches", "nodes", "balanced iteration", "simulated", "error", "grade", "error without messages",
-                "unbalanced : balanced", "simulated ratio", "grade of ratio"], iterations)])
+        f"{_RAYS[0]} x {_RAYS[1]} rays.",
+        table(["patches", "nodes", *columns, "efficiency"], rows),
+        table(["statement", "patches", "source", "simulated", "grade"], _statements(found)),
+        table(["patches", "nodes", "balanced iteration", "simulated", "error", "grade", "error without messages",
+               "unbalanced : balanced", "simulated ratio", "grade of ratio"], iterations))

@@ -10,18 +10,17 @@ docs/figures/istructure-cycles.csv has of the hardware, and with ``--hardware`` 
 
 from dataclasses import fields
 from functools import cache
-from pathlib import Path
 
 import click
 import numpy as np
 
+from benchmarks.grades import signed
 from benchmarks.path_area import area_table, equal_area_table, path_area
-from benchmarks.report import cell_text, output_option, provenance, table, write_report
+from benchmarks.report import benchmark, cell_text, provenance, table, write_chart, write_report
 from benchmarks.shared_hardware import cast_rows, recorded_rows, simulated_rows
-from benchmarks.shared_scene import Access, Outcome, Placement, SharedScene
-from radiosity.charts.chart import Line, line_figure, write_figure
+from benchmarks.shared_scene import LATENCY, Access, Outcome, Placement, SharedScene
+from radiosity.charts.chart import Line
 from radiosity.cli.console import console
-from radiosity.cli.parameters import METHOD_CELL, WholePair
 
 __all__ = ["SCENES", "SHARES", "outcomes_of", "relative"]
 
@@ -97,15 +96,15 @@ def _scene_rows(scenes, found, share):
                *(f"{count:.0f}" for count in (deferral.kept, deferral.deferred, deferral.flits, deferral.misses))]
 
 
-def _calibration(folder, hardware):
+def _calibration(hardware):
     """A table: recorded cycles of the hardware, or those that it takes now, beside simulated ones."""
     rows, recorded = [], recorded_rows()
     taken = {row: round(cycles) for row, cycles in cast_rows(recorded)} if hardware else {}
-    for row, simulated in simulated_rows(recorded, folder=folder):
+    for row, simulated in simulated_rows(recorded):
         cycles = taken.get(row, row.cycles)
         rows.append([f"`{row.scene}`", row.clusters, row.sets, f"{row.share:g}", row.store or "none",
                      row.requests if row.store else "", f"{cycles:,}", f"{simulated:,.0f}",
-                     f"{100 * (simulated / cycles - 1):+.1f} %"])
+                     signed(simulated / cycles - 1)])
     return table(["scene", "clusters", "sets", "share", "store", "requests", "cycles", "simulated", "error"], rows)
 
 
@@ -120,68 +119,57 @@ def _size_table(scenes, clusters):
     return table(["scene", "patches", "clusters", *(f"{own} and {frames}" for own, frames in SIZES)], rows)
 
 
-def _chart(path, found, clusters):
+def _chart(found, clusters):
     """Cycles of each path against the share of the patches that a cluster has memory for."""
     shares = np.array([*SHARES.values(), 1])
     lines = [Line(name=access.value, x=shares, y=np.array(
         [*(relative(list(found.values()), Placement.DEALT, share, access) for share in SHARES), 1]))
         for access in Access]
-    write_figure(path, line_figure(
-        lines, title=f"{clusters} clusters: cycles, with all patches in each cluster 1",
+    write_chart(
+        f"istructure-{clusters}", lines, title=f"{clusters} clusters: cycles, with all patches in each cluster 1",
         x_name="share of the patches in a cluster", y_name="cycles",
-        y_top=1.05 * max(float(line.y.max()) for line in lines)))
+        y_top=1.05 * max(float(line.y.max()) for line in lines))
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
-@output_option("istructure")
+@benchmark("istructure", SCENES)
 @click.option("--clusters", type=click.IntRange(1, 16), multiple=True, default=_CLUSTERS, show_default=True,
               help="Simulate this many clusters, a power of two; may be repeated.")
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", show_default=True,
-              help="Set the number of rays of each hemisphere.")
-@METHOD_CELL
-@click.option("--latency", type=click.IntRange(1), default=50, show_default=True,
-              help="Set the latency of main memory in cycles.")
-@click.option("--casts", type=click.Path(file_okay=False, path_type=Path), help="Keep the casts in this folder.")
 @click.option("--sizes", is_flag=True, help="Compare sizes of resident sets and patch stores instead.")
 @click.option("--calibrate", is_flag=True, help="Compare with all recorded cycles of the hardware instead.")
 @click.option("--hardware", is_flag=True, help="With --calibrate, have the hardware cast again: many minutes.")
-def main(scenes, output, clusters, rays, cell, latency, casts, sizes, calibrate, hardware) -> None:
+def main(scenes, clusters, sizes, calibrate, hardware) -> None:
     """Compare paths to patches that a cluster does not hold; SCENES default to those of the thesis, and city."""
     if calibrate:
-        write_report(output, ["# Machines that share a scene, simulated and of the hardware", "",
-                              f"{provenance('numpy')}.", "", *_calibration(casts, hardware)])
+        write_report("Machines that share a scene, simulated and of the hardware", f"{provenance('numpy')}.",
+                     _calibration(hardware))
         return
-    made = {name: SharedScene(name, rays=rays, cell=cell, latency=latency, folder=casts)
-            for name in dict.fromkeys(scenes or SCENES)}
+    made, clusters = {name: SharedScene(name) for name in dict.fromkeys(scenes)}, sorted({*clusters})
     conditions = (
-        f"{provenance('numpy')}; preset paper, a hemisphere of {rays[0]} x {rays[1]} rays for each cluster, "
-        f"{cell_text(cell)}, main memory {latency} cycles away, stores with what the frustum before has left.")
+        f"{provenance('numpy')}; preset paper, a hemisphere of 256 x 64 rays for each cluster, {cell_text(None)}, main "
+        f"memory {LATENCY} cycles away, stores with what the frustum before has left.")
     if sizes:
-        write_report(output, ["# Sizes of resident sets and patch stores", "", conditions, "",
-                              "Cycles by patches of a cluster's resident set and of its store, those of the second "
-                              "and third sizes over those of the first one:", "",
-                              *_size_table(made, sorted({*clusters}))])
+        write_report("Sizes of resident sets and patch stores", conditions,
+                     "Cycles by patches of a cluster's resident set and of its store, those of the second and third "
+                     "sizes over those of the first one:", _size_table(made, clusters))
         return
     found = {}
-    for count in sorted({*clusters}):
+    for count in clusters:
         for name, scene in made.items():
             found.setdefault(count, {})[name] = outcomes_of(scene, count)
             console().note(f"{name}, {count} clusters: simulated")
-        _chart(output.parent / f"istructure-{count}.svg", found[count], count)
+        _chart(found[count], count)
     rows = [row for count, each in found.items() for name, one in each.items()
             for row in _rows(name, made[name], count, one)]
     first, most = next(iter(SHARES)), max(found)
-    write_report(output, [
-        "# What the parts of the path are worth", "",
-        conditions, "",
-        "Cycles over those of clusters that hold all patches, geometric means of the scenes:", "",
-        *table(["clusters", "share", "sets", *(access.value for access in Access)], _summary(found)), "",
+    write_report(
+        "What the parts of the path are worth", conditions,
+        "Cycles over those of clusters that hold all patches, geometric means of the scenes:",
+        table(["clusters", "share", "sets", *(access.value for access in Access)], _summary(found)),
         f"Cycles of {most} clusters with dealt sets of {first}, and of a frustum with deferral patches from the store, "
-        "deferred requests, flits, and reads of main memory:", "",
-        *table(["scene", "patches", "cell", "frames", "all held", *(access.value for access in Access), "store",
-                "deferred", "flits", "reads"], list(_scene_rows(made, found, first))), "",
-        "Area:", "", *area_table(), "",
-        "Area of a cluster that holds all patches, and of one of eight that hold them together:", "",
-        *equal_area_table(), "", "All outcomes, means of a cluster and its frustum:", "",
-        *table(["scene", "clusters", "sets", "share", "path", "cycles", *_COUNTS, "LUT", "block RAM"], rows)])
+        "deferred requests, flits, and reads of main memory:",
+        table(["scene", "patches", "cell", "frames", "all held", *(access.value for access in Access), "store",
+               "deferred", "flits", "reads"], list(_scene_rows(made, found, first))),
+        "Area:", area_table(),
+        "Area of a cluster that holds all patches, and of one of eight that hold them together:", equal_area_table(),
+        "All outcomes, means of a cluster and its frustum:",
+        table(["scene", "clusters", "sets", "share", "path", "cycles", *_COUNTS, "LUT", "block RAM"], rows))

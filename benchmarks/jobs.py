@@ -12,26 +12,21 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from benchmarks.report import cell_text, output_option, provenance, table, versions, write_report
-from golden.engine.config import PRESETS, Config
+from benchmarks.engine import CASTS, POINT, RAYS, SCENES, machine_config
+from benchmarks.report import benchmark, cell_text, page_path, provenance, table, versions, write_report
+from golden.engine.config import Config
 from golden.engine.jobs.result_formats import HitFormat
 from radiosity.charts.chart import COLOURS, Bars, Line, lane_figure, line_figure, write_figure
 from radiosity.cli.console import console
-from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
-from radiosity.flow.simulator.simulation_config import simulation_config
+from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET
 from radiosity.flow.simulator.verilator import verilator_version
 from radiosity.machines.engine.job_runs import JobRun, JobSpec, job_machine, prepare_job, run_on
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["CHECKED", "POINT", "SCENES", "SceneRuns", "activity_figure", "measure", "rows_of", "write_roofline"]
+__all__ = ["CHECKED", "SceneRuns", "activity_figure", "measure", "rows_of", "write_roofline"]
 
-SCENES = ("cornell", "lobby", "room1627", "tetra", "man")
-# The point of 16 whose frustum alone is compared with the mean of the job's.
-POINT = 5
-# Casts until a frustum is warm.
-WARM = 3
 # Rays of the largest job that is always compared with the golden model's.
 CHECKED = 1 << 17
 # Presets whose network is the machine's own.
@@ -100,7 +95,7 @@ def measure(scenes: list[SceneRuns], config: Config, *, check: bool, **memory) -
             run = scene.runs[clusters] = run_on(machine, prepared, check=check or small)
             if clusters == 1:
                 alone = prepare_job(replace(scene.spec, point=POINT, group=1), config)
-                scene.warm = round([run_on(machine, alone, check=True) for _ in range(WARM)][-1].frustum_cycles)
+                scene.warm = round([run_on(machine, alone, check=True) for _ in range(CASTS)][-1].frustum_cycles)
             console().note(f"{scene.spec.scene}, {clusters} clusters: {run.cycles} cycles")
 
 
@@ -166,24 +161,14 @@ def _title(scene):
     return f"{spec.scene}: {spec.frusta} hemispheres of {spec.rays[0]} x {spec.rays[1]} rays, cell {spec.cell:g}"
 
 
-def _configs(preset, assignments, clusters, rays):
-    """The machines: of one cluster, of half as many, and of all."""
-    topology = None if preset in WHOLE else "mesh"
-    return [simulation_config(PRESETS[preset].with_parameters(assignments), clusters=count, topology=topology,
-                              given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
-            for count in clusters]
-
-
-@click.command()
-@output_option("jobs")
+@benchmark("jobs")
 @click.option("--scene", help="Measure one scene, and report it as one object.  [default: tables of cornell, lobby, "
               "room1627, tetra and man]")
 @click.option("--clusters", type=click.Choice(["1", "2", "4", "8", "16", "32", "64"]), default="16",
               help="Simulate this many clusters beside one; without --scene half as many too.")
 @click.option("--frusta", type=click.IntRange(1, 1 << 14), default=247, help="Cast this many hemispheres.")
 @METHOD_CELL
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of each "
-              "hemisphere.")
+@RAYS
 @click.option("--hits", type=click.Choice(list(FORMATS)), default="none", help="Have hits of this format written.")
 @click.option("--sums/--no-sums", default=True, help="Have the sparse sums written.")
 @click.option("--group", type=click.Choice(["1", "2", "4", "8", "16"]), default="1",
@@ -195,38 +180,39 @@ def _configs(preset, assignments, clusters, rays):
 @click.option("--memory-seed", type=click.IntRange(0, (1 << 32) - 1), default=1, help="Set the seed of --spread.")
 @PRESET
 @ASSIGNMENTS
-def main(output, scene, clusters, frusta, cell, rays, hits, sums, group, check, latency, spread, memory_seed, preset,
+def main(scene, clusters, frusta, cell, rays, hits, sums, group, check, latency, spread, memory_seed, preset,
          assignments) -> None:
     """Count the cycles of jobs of many hemispheres, loads and results with them."""
     most = int(clusters)
     counts = sorted({1, most} if scene else {1, max(1, most // 2), most})
     found = [SceneRuns(JobSpec(scene=name, rays=rays, frusta=frusta, cell=cell, hit_format=FORMATS[hits], sums=sums,
                                group=int(group))) for name in ([scene] if scene else SCENES)]
-    configs = _configs(preset, assignments, counts, rays)
-    for config in configs:
+    for count in counts:
+        config = machine_config(preset, assignments, rays, clusters=count,
+                                topology=None if preset in WHOLE else "mesh")
         measure(found, config, check=check, latency=latency, spread=spread, shuffles=spread > 0, seed=memory_seed,
                 progress=console().progress)
     for one in found:
-        write_roofline(output.parent / f"jobs-{one.spec.scene}-roofline.svg", one)
-        write_figure(output.parent / f"jobs-{one.spec.scene}-activity.svg",
+        write_roofline(page_path().parent / f"jobs-{one.spec.scene}-roofline.svg", one)
+        write_figure(page_path().parent / f"jobs-{one.spec.scene}-activity.svg",
                      activity_figure(one.runs[max(one.runs)], title=_title(one)))
     given = {"preset": preset, "changes": list(assignments), "hits": hits, "sums": sums, "group": int(group),
              "latency": latency, "spread": spread, "seed": memory_seed, "rays_per_frustum": list(rays)}
-    write_report(output, [
-        "# Jobs", "",
+    write_report(
+        "Jobs",
         f"{provenance('amaranth')}; preset {' '.join((preset, *assignments))}, {frusta} hemispheres of {rays[0]} x "
         f"{rays[1]} rays from points of the ceiling, {cell_text(cell)}, hits: {hits}, sums: "
         f"{'yes' if sums else 'no'}, clusters for a frustum: {group}, main memory {latency} to {latency + spread} "
-        f"cycles away (seed {memory_seed}).", "",
+        f"cycles away (seed {memory_seed}).",
         "Cycles: from the beginning of the first load to the last result. Cast: mean cycles that a cluster casts. "
         "Lower bounds in cycles: tests, four cycles for a patch, beats over the memory port. Efficiency: tests for "
-        "each cluster and cycle.", "",
-        *table(list(HEAD), [row for one in found for row in rows_of(one)]), "",
+        "each cluster and cycle.",
+        table(HEAD, [row for one in found for row in rows_of(one)]),
         "Where the cycles of a cluster go, on average. Waits: between its casts, for the next section, for the results "
-        "of the one before or for the rays. Last results: from its last cast's end on. Idle: until the job ends.", "",
-        *table(list(CYCLES_HEAD), [row for one in found for row in cycles_rows(one)]), "",
-        f"Frusta on one cluster, beside the one from point {POINT} of 16 with the same cells:", "",
-        *table(list(MEAN_HEAD), [mean_row(one) for one in found])],
-        report=found[0].report() | {"file": str(output), "configuration": given | {
-            "parameters": configs[-1].parameters()}, "versions": versions("amaranth", "numpy") | {
+        "of the one before or for the rays. Last results: from its last cast's end on. Idle: until the job ends.",
+        table(CYCLES_HEAD, [row for one in found for row in cycles_rows(one)]),
+        f"Frusta on one cluster, beside the one from point {POINT} of 16 with the same cells:",
+        table(MEAN_HEAD, [mean_row(one) for one in found]),
+        report=found[0].report() | {"file": str(page_path()), "configuration": given | {
+            "parameters": config.parameters()}, "versions": versions("amaranth", "numpy") | {
             "Verilator": verilator_version()}} if scene else None)

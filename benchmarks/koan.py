@@ -7,13 +7,13 @@ out/bench/koan.md: seconds beside the source's, and its statements, each with a 
 
 from dataclasses import replace
 
-import click
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from benchmarks.grades import grade_of, signed
 from benchmarks.koan_scenes import KOAN_SCENES, koan_scene
 from benchmarks.koan_times import TABLE_3, TABLE_4, closed_3, closed_4, errors
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from radiosity.cli.console import console
 from radiosity.machines.koan.koan_machine import KoanMachine
 from radiosity.machines.koan.page_timing import PageTiming
@@ -21,7 +21,7 @@ from radiosity.machines.koan.pixel_items import PixelItems, pixel_items
 from radiosity.machines.koan.ray_pages import PageString
 from radiosity.machines.koan.scene_pages import ScenePages
 
-__all__ = ["fit", "grade_below", "referred_pages", "saturation"]
+__all__ = ["fit", "referred_pages", "saturation"]
 
 _SIZE, _SMALL = (512, 512), (128, 128)
 _CACHE, _MEMORY = 2 << 20, 3_200_000
@@ -46,11 +46,6 @@ def fit(seconds, sources: dict[int, float], numbers: list[PageTiming]) -> np.nda
     found = [seconds(one) for one in numbers]
     times = np.array([[one[nodes] / time for nodes, time in sources.items() if nodes > 1] for one in found])
     return lsq_linear((times[1:] - times[0]).T, 1 - times[0], bounds=(0, np.inf)).x
-
-
-def grade_below(value: float, band: float, shape: bool) -> str:
-    """*Reproduced* if an error is within its band; else *same shape*, if it has that."""
-    return "reproduced" if abs(value) <= band else "same shape" if shape else "not reproduced"
 
 
 def saturation(efficiencies: dict[int, float]) -> float:
@@ -91,9 +86,8 @@ def _table_4(machines):
         found, bare = errors(TABLE_4[name], seconds[name]), errors(
             TABLE_4[name], {nodes: TABLE_4[name][1] / nodes for nodes in TABLE_4[name]})
         for nodes, error in found.items():
-            rows.append([name, nodes, TABLE_4[name][nodes], f"{seconds[name][nodes]:.1f}", f"{100 * error:+.2f} %",
-                         f"{100 * (closed_4(name, nodes) / TABLE_4[name][nodes] - 1):+.2f} %",
-                         f"{100 * bare[nodes]:+.2f} %"])
+            rows.append([name, nodes, TABLE_4[name][nodes], f"{seconds[name][nodes]:.1f}", signed(error, 2),
+                         signed(closed_4(name, nodes) / TABLE_4[name][nodes] - 1, 2), signed(bare[nodes], 2)])
     return timing, seconds, faults, rows
 
 
@@ -146,8 +140,8 @@ def _table_3(machines, base: PageTiming):
     for name in TABLE_3:
         seconds = times(name, timing)
         for nodes, error in errors(TABLE_3[name], seconds).items():
-            rows.append([name, nodes, TABLE_3[name][nodes], f"{seconds[nodes]:.1f}", f"{100 * error:+.2f} %",
-                         f"{100 * (closed_3(name, nodes) / TABLE_3[name][nodes] - 1):+.2f} %"])
+            rows.append([name, nodes, TABLE_3[name][nodes], f"{seconds[nodes]:.1f}", signed(error, 2),
+                         signed(closed_3(name, nodes) / TABLE_3[name][nodes] - 1, 2)])
     return timing, rows
 
 
@@ -188,40 +182,34 @@ def _statements(seconds, pages, saturated, rows_4, rows_3):
         return max(abs(float(row[column].split()[0])) for row in rows if row[0] == name)
 
     rows = []
-    for text, found, column, name, band in (
-            ("table 4, Teapot (fitted): largest error", rows_4, 4, "Teapot", 0.6),
-            ("table 4, Mountain: largest error", rows_4, 4, "Mountain", 0.6),
-            ("table 4, closed form, Teapot", rows_4, 5, "Teapot", 0.24),
-            ("table 4, closed form, Mountain", rows_4, 5, "Mountain", 0.24),
-            ("table 3, Teapot (fitted): largest error", rows_3, 4, "Teapot", 1.0),
-            ("table 3, Mountain: largest error", rows_3, 4, "Mountain", 1.0),
-            ("table 3, closed form, Teapot", rows_3, 5, "Teapot", 1.0),
-            ("table 3, closed form, Mountain", rows_3, 5, "Mountain", 1.0)):
-        value = largest(found, name, column)
-        rows.append([text, f"<= {band} %", f"{value:.2f} %", grade_below(value, band, value < 5 * band)])
+    for number, found, fitted, closed in ((4, rows_4, 0.6, 0.24), (3, rows_3, 1.0, 1.0)):
+        for what, column, band in (("{}: largest error", 4, fitted), ("closed form, {}", 5, closed)):
+            for name in ("Teapot", "Mountain"):
+                text = what.format(f"{name} (fitted)" if (name, column) == ("Teapot", 4) else name)
+                value = largest(found, name, column)
+                rows.append([f"table {number}, {text}", f"<= {band} %", f"{value:.2f} %",
+                             grade_of(value <= band, value < 5 * band)])
     for nodes in (8, 16, 32):
         source = TABLE_4["Rings4"][4] * 4 / (TABLE_4["Rings4"][nodes] * nodes)
         ratio = seconds["Rings4"][4] * 4 / (seconds["Rings4"][nodes] * nodes)
         rows.append([f"Rings4, efficiency of {nodes} nodes over that of 4", f"{source:.3f}", f"{ratio:.3f}",
-                     "reproduced" if 1.03 <= ratio <= 1.10 else "same shape" if ratio > 1 else "not reproduced"])
-    ratio = pages["Rings4"] / pages["Tetra9"]
-    rows += [["pages per pixel, Rings4", "125.91", f"{pages['Rings4']:.2f}",
-              grade_below(pages["Rings4"] / 125.91 - 1, 0.15, True)],
-             ["pages per pixel, Tetra9", "17.45", f"{pages['Tetra9']:.2f}",
-              grade_below(pages["Tetra9"] / 17.45 - 1, 0.15, pages["Tetra9"] < pages["Rings4"])],
-             ["pages per pixel, Rings4 over Tetra9", "7.2 (4 to 12)", f"{ratio:.1f}",
-              "reproduced" if 4 <= ratio <= 12 else "same shape" if ratio > 1 else "not reproduced"],
-             ["Rings4 saturates at a cache of so many pages", "204 (102 to 408)", _pages(saturated["Rings4"]),
-              "reproduced" if 102 <= saturated["Rings4"] <= 408 else "not reproduced"],
-             ["Rings4 needs a larger cache than Tetra9 for half the efficiency", "yes",
-              f"{_pages(saturated['Rings4'])} over {_pages(saturated['Tetra9'])}",
-              "reproduced" if saturated["Rings4"] > saturated["Tetra9"] else "not reproduced"]]
-    return rows
+                     grade_of(1.03 <= ratio <= 1.10, ratio > 1)])
+    rings, tetra = pages["Rings4"], pages["Tetra9"]
+    full, less = saturated["Rings4"], saturated["Tetra9"]
+    return [
+        *rows,
+        ["pages per pixel, Rings4", "125.91", f"{rings:.2f}", grade_of(abs(rings / 125.91 - 1) <= 0.15, True)],
+        ["pages per pixel, Tetra9", "17.45", f"{tetra:.2f}", grade_of(abs(tetra / 17.45 - 1) <= 0.15, tetra < rings)],
+        ["pages per pixel, Rings4 over Tetra9", "7.2 (4 to 12)", f"{rings / tetra:.1f}",
+         grade_of(4 <= rings / tetra <= 12, rings > tetra)],
+        ["Rings4 saturates at a cache of so many pages", "204 (102 to 408)", _pages(full),
+         grade_of(102 <= full <= 408)],
+        ["Rings4 needs a larger cache than Tetra9 for half the efficiency", "yes",
+         f"{_pages(full)} over {_pages(less)}", grade_of(full > less)]]
 
 
-@click.command()
-@output_option("koan")
-def main(output) -> None:
+@benchmark("koan")
+def main() -> None:
     """Simulate tables 3 and 4 and figure 7 of the report on KOAN."""
     machines = {name: KoanMachine(koan_scene(name), size=_SIZE) for name in _ALONE}
     timing, seconds, faults, rows_4 = _table_4(machines)
@@ -233,16 +221,16 @@ def main(output) -> None:
                f"{source.rays / (1 << 18):.2f}",
                f"{len(machines[name].traced.pixel) / (1 << 18):.2f}" if name in machines else ""]
               for name, source in KOAN_SCENES.items()]
-    write_report(output, [
-        "# KOAN, simulated", "",
+    write_report(
+        "KOAN, simulated",
         f"{provenance('numpy')}; {_SIZE[0]} x {_SIZE[1]} pixels, items of 3 x 3, stand-ins for scenes; trap and serve "
-        f"{timing.trap / 1e6:.1f} ms; for table 3 {library.trap / 1e6:.2f} ms and {library.access} ns a reference.", "",
-        *table(["scene", "polygons", "ours", "KB", "ours, KB", "rays per pixel", "ours, rays"], scenes), "",
-        *table(["statement", "source", "simulated", "grade"], _statements(seconds, pages, saturated, rows_4, rows_3)),
-        "", *table(["nodes", "pages of Rings4", "frames", "pages of a tile from other homes", "faults of a node",
-                    "seconds", "source", "efficiency over 4 nodes", "source's"], rings), "",
-        *table(["scene", "nodes", "table 4, s", "simulated, s", "error", "closed form", "t1/N alone"], rows_4), "",
-        *table(["scene", "nodes", "table 3, s", "simulated, s", "error", "closed form"], rows_3), "",
-        *table(["scene", "cache in pages of 1 KB", "efficiency", "miss ratio", "MB fetched", "messages"], caches), "",
-        *table(["schedule", "item", "seconds", "efficiency", "most busy : mean", "faults", "ring hops"],
-               _item_rows(machines["Teapot"], timing))])
+        f"{timing.trap / 1e6:.1f} ms; for table 3 {library.trap / 1e6:.2f} ms and {library.access} ns a reference.",
+        table(["scene", "polygons", "ours", "KB", "ours, KB", "rays per pixel", "ours, rays"], scenes),
+        table(["statement", "source", "simulated", "grade"], _statements(seconds, pages, saturated, rows_4, rows_3)),
+        table(["nodes", "pages of Rings4", "frames", "pages of a tile from other homes", "faults of a node",
+               "seconds", "source", "efficiency over 4 nodes", "source's"], rings),
+        table(["scene", "nodes", "table 4, s", "simulated, s", "error", "closed form", "t1/N alone"], rows_4),
+        table(["scene", "nodes", "table 3, s", "simulated, s", "error", "closed form"], rows_3),
+        table(["scene", "cache in pages of 1 KB", "efficiency", "miss ratio", "MB fetched", "messages"], caches),
+        table(["schedule", "item", "seconds", "efficiency", "most busy : mean", "faults", "ring hops"],
+              _item_rows(machines["Teapot"], timing)))

@@ -5,14 +5,11 @@ ray of a tile in a cycle, as the hardware does, and on one that issues several. 
 cycles it has the recorded area of the units that each further lane repeats.
 """
 
-import click
-
-from benchmarks.engine import POINT, SCENES
-from benchmarks.machines import SceneCasts, machine_config
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.engine import POINT, SCENES, machine_config
+from benchmarks.machines import SceneCasts
+from benchmarks.report import benchmark, provenance, table, write_report
 from golden.engine.schedule.cell_choice import CELLS
 from radiosity.cli.console import console
-from radiosity.cli.parameters import ASSIGNMENTS, PRESET, WholePair
 from radiosity.flow.synthesis.history import last_records, read_history
 from radiosity.machines.engine.simulated_cast import SimulatedCast
 
@@ -22,7 +19,7 @@ __all__ = ["REPEATED", "added_area", "row_of"]
 # depth each.
 REPEATED = ("RayIssue", "RayDirection", "Screening", "InverseDistance", "UvAlignment", "UvSubdivision")
 _CANDIDATES = CELLS[:3]
-_HEAD = ["scene", "rays", "tests", "cycles, 1 lane", "efficiency", "cycles, {} lanes", "efficiency of lanes", "gain"]
+_LANES, _SIZES = 2, ((64, 16), (128, 32))
 
 
 def row_of(scene: str, one: SimulatedCast, several: SimulatedCast, rays: tuple[int, int], lanes: int) -> list:
@@ -42,31 +39,23 @@ def added_area(lanes: int) -> list[list]:
     return [*rows, [f"{lanes - 1} more of each", *total, ""]]
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
-@output_option("lanes")
-@click.option("--lanes", type=click.IntRange(2, 16), default=2, show_default=True,
-              help="Compare so many lanes with one.")
-@click.option("--rays", "sizes", type=WholePair("AZIMUTHSxPOLARS"), multiple=True, default=("64x16", "128x32"),
-              show_default=True, help="Set the number of rays of the hemisphere; may be repeated.")
-@PRESET
-@ASSIGNMENTS
-def main(scenes, output, lanes, sizes, preset, assignments) -> None:
+@benchmark("lanes", SCENES)
+def main(scenes) -> None:
     """Simulate ray lanes; SCENES default to cornell, lobby, room1627, tetra and man."""
     rows = []
-    for rays in sizes:
-        config = machine_config(preset, assignments, rays)
-        for scene in scenes or SCENES:
+    for rays in _SIZES:
+        config = machine_config("paper", (), rays)
+        for scene in scenes:
             casts = SceneCasts(scene, config, rays=rays)
             one, several = (min((casts.cast(cell, lanes=count) for cell in _CANDIDATES),
-                                key=lambda cast: cast.times.cycles) for count in (1, lanes))
-            rows.append(row_of(scene, one, several, rays, lanes))
+                                key=lambda cast: cast.times.cycles) for count in (1, _LANES))
+            rows.append(row_of(scene, one, several, rays, _LANES))
             console().note(" ".join(map(str, rows[-1])))
-    head = [name.format(lanes) for name in _HEAD]
-    write_report(output, [
-        "# Ray lanes, simulated", "",
-        f"{provenance('numpy')}; preset {' '.join((preset, *assignments))}, one cluster, a hemisphere from point "
-        f"{POINT} of the ceiling, the best of the cells {', '.join(f'{cell:g}' for cell in _CANDIDATES)} for each.", "",
-        *table(head, rows), "",
-        "What a further lane repeats, preset small on an ECP5:", "",
-        *table(["unit", "LUT", "FF", "DSP", "block RAM", "commit"], added_area(lanes))])
+    write_report(
+        "Ray lanes, simulated",
+        f"{provenance('numpy')}; preset paper, one cluster, a hemisphere from point "
+        f"{POINT} of the ceiling, the best of the cells {', '.join(f'{cell:g}' for cell in _CANDIDATES)} for each.",
+        table(["scene", "rays", "tests", "cycles, 1 lane", "efficiency", f"cycles, {_LANES} lanes",
+               "efficiency of lanes", "gain"], rows),
+        "What a further lane repeats, preset small on an ECP5:",
+        table(["unit", "LUT", "FF", "DSP", "block RAM", "commit"], added_area(_LANES)))

@@ -5,44 +5,31 @@ sparse casting from another point of the ceiling; or the first cluster holds all
 stores, sections are cut at tiles, as a job cuts them.
 """
 
-import csv
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from benchmarks.engine import POINT
+from benchmarks.ceiling import HEMISPHERE, RATIO, Ceiling
+from benchmarks.engine import CASTS, LATENCY, POINT
+from benchmarks.recorded import read_rows
 from golden.cast.hemisphere import Hemisphere
-from golden.engine.cast.shelling import Shelling
 from golden.engine.config import PRESETS, Config
-from golden.engine.frustum import hemisphere_record
 from golden.engine.jobs.order import longest_first_at_the_end
 from golden.engine.jobs.tile_sections import tile_sections
 from golden.engine.memsys.patches.patch_store import PatchStore
-from golden.engine.noc.routing import route
-from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.engine.schedule.ceiling_points import ceiling_points
 from golden.engine.schedule.phase import machine_schedule
-from golden.scene.open import open_scene
 from radiosity.flow.simulator.simulation_config import simulation_config
-from radiosity.flow.synthesis.history import ROOT
-from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_latencies import cluster_timing
-from radiosity.machines.engine.job_latencies import bus_timing, joint_timing, store_timing
+from radiosity.machines.engine.job_latencies import bus_timing, joint_options, joint_timing, store_timing
 from radiosity.machines.engine.joint_cast import joint_cast
 from radiosity.machines.engine.section_trace import CastTimes, SectionTrace
+from radiosity.machines.engine.simulated_cast import cast_section
 
 __all__ = ["CutRow", "PreparedCut", "cut_config", "prepare_cut", "recorded_cuts", "simulate_cut", "simulated_cuts",
            "thesis_config"]
 
-_RECORDED = ROOT / "docs" / "figures" / "cut-cycles.csv"
-# Rays, the point of the ceiling that the sparse casting is from, and rays for each of its own.
-_RAYS, _REFERENCE, _RATIO = (256, 64), 0, 64
-# Casts of the same frustum, of which the last one is recorded where there are patch stores.
-_CASTS = 3
-# Cycles of main memory, for patches that no cluster holds.
-_LATENCY = 10
+_RAYS = HEMISPHERE.azimuths, HEMISPHERE.polars
 # Of the hardware that was recorded.
 _PARAMETERS = {"memsys.own_patches": 1024, "memsys.filter_generation_bits": 4}
 
@@ -98,11 +85,7 @@ class PreparedCut:
 
 def recorded_cuts() -> tuple[CutRow, ...]:
     """The casts of the hardware."""
-    with _RECORDED.open(newline="") as file:
-        return tuple(CutRow(scene=row["scene"], topology=row["topology"], clusters=int(row["clusters"]),
-                            cell=float(row["cell"]), sets=row["sets"], store=int(row["store"]),
-                            cycles=int(row["cycles"]))
-                     for row in csv.DictReader(file))
+    return read_rows("cut-cycles", CutRow)
 
 
 def cut_config(clusters: int, topology: str = "mesh", store: int = 0) -> Config:
@@ -118,7 +101,7 @@ def thesis_config(clusters: int, topology: str = "torus", rays: tuple[int, int] 
 
 
 def prepare_cut(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = _RAYS, point: int = POINT,
-                folder: Path | None = None, tiles: bool = False) -> PreparedCut:
+                tiles: bool = False) -> PreparedCut:
     """The frustum of a scene, cut for the clusters of a configuration.
 
     Parameters
@@ -127,24 +110,18 @@ def prepare_cut(scene: str, config: Config, *, cell: float, rays: tuple[int, int
         The scene, the configuration, and the size of the cells.
     rays, point
         Azimuths and polar angles of the hemisphere, and the point of the ceiling that it is cast from.
-    folder
-        Casts are kept there. Default: they are not kept.
     tiles
         Cut the sections of a machine without subshell lists at tiles of the settle map, in the order of a job's queue.
     """
-    opened, hemisphere = open_scene(scene), Hemisphere(*rays)
-    points, down = ceiling_points(opened)
-    geometry = PatchGeometry.of(opened, config.numbers, points)
-    reference, record = (hemisphere_record(hemisphere, geometry.coordinates, points[origin], down)
-                         for origin in (_REFERENCE, point))
-    shelling = Shelling(geometry, config, cell=cell, by_code=True)
-    plan = machine_schedule(reference, geometry, shelling.table, config, ratio=_RATIO)
-    store = CastStore(shelling, config, cluster_timing(config), folder=folder)
+    ceiling = Ceiling(scene, config, cell=cell, hemisphere=Hemisphere(*rays), by_code=True)
+    record, shelling, timing = ceiling.record(point), ceiling.shelling, cluster_timing(config)
+    plan = machine_schedule(ceiling.record(), ceiling.geometry, shelling.table, config, ratio=RATIO)
     sections = _queued_sections(record, plan, config) if tiles else plan.partition.sections
     subshells = plan.subshells if config.ctu.subshells else [None] * len(sections)
-    casts = [store.cast(record, section, listed) for section, listed in zip(sections, subshells, strict=True)]
-    return PreparedCut(traces=tuple(cast.trace for cast in casts), home=plan.sets.residence(len(geometry))[0],
-                       tests=np.array([cast.tests for cast in casts]))
+    casts = [cast_section(shelling, record, config, timing, section=section, subshells=listed)
+             for section, listed in zip(sections, subshells, strict=True)]
+    return PreparedCut(traces=tuple(cast.trace for cast in casts), tests=np.array([cast.tests for cast in casts]),
+                       home=plan.sets.residence(len(ceiling.geometry))[0])
 
 
 def _queued_sections(record, plan, config):
@@ -170,16 +147,12 @@ def simulate_cut(prepared: PreparedCut, config: Config, *, local: int | None = N
     stores
         The patch store of each cluster, which changes. Default: clusters have none.
     """
-    noc, timing, joint = config.noc, cluster_timing(config), joint_timing(config)
+    timing, joint = cluster_timing(config), joint_timing(config)
     if local is not None:
         timing, joint = replace(timing, vertices=local), replace(joint, port=local)
-    cast = joint_cast(
-        prepared.traces, prepared.home, timing, joint,
-        routing=route(noc.network(), noc.virtual_channels), buffer_flits=noc.buffer_flits, arbitration=noc.arbitration,
-        router_cycles=noc.router_cycles, slots=config.icu.slots, run_ahead=config.ctu.run_ahead,
-        bus=bus_timing(config, latency=_LATENCY), memsys=config.memsys, kept=kept,
-        store=store_timing(config) if stores else None, stores=stores)
-    return cast.times
+    return joint_cast(
+        prepared.traces, prepared.home, timing, joint, bus=bus_timing(config, latency=LATENCY), kept=kept,
+        store=store_timing(config) if stores else None, stores=stores, **joint_options(config)).times
 
 
 def _third_times(prepared, config):
@@ -189,7 +162,7 @@ def _third_times(prepared, config):
     """
     stores = [PatchStore(config.memsys.store_patches) for _ in prepared.traces]
     waiting = range(len(stores))
-    for _ in range(_CASTS):
+    for _ in range(CASTS):
         traces = tuple(prepared.traces[section] for section in np.argsort(waiting))
         times = simulate_cut(replace(prepared, traces=traces), config, stores=stores)
         waiting = np.argsort([one.cycles for one in times], kind="stable")

@@ -3,9 +3,8 @@
 import csv
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
-from benchmarks.engine import POINT
+from benchmarks.engine import LATENCY, POINT
 from golden.engine.config import PRESETS, Config
 from golden.engine.jobs.job import plan_job
 from golden.engine.jobs.result_formats import HitFormat
@@ -16,12 +15,9 @@ from radiosity.machines.engine.job_latencies import job_timing, load_timing
 from radiosity.machines.engine.job_runs import JobSpec, prepare_job
 from radiosity.machines.engine.simulated_job import SimulatedJob, phase_casts, simulate_job
 
-__all__ = ["LATENCY", "RecordedJob", "job_config", "recorded_jobs", "simulate"]
+__all__ = ["RecordedJob", "job_config", "recorded_jobs", "simulate"]
 
 _RECORDED = ROOT / "docs" / "figures" / "job-cycles.csv"
-# Cycles of main memory.
-LATENCY = 10
-
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedJob:
@@ -65,12 +61,11 @@ def job_config(recorded: RecordedJob) -> Config:
                              topology="mesh", rays=azimuths * polars)
 
 
-def simulate(jobs: tuple[RecordedJob, ...], *, folder: Path | None = None) -> Iterator[
-        tuple[RecordedJob, SimulatedJob]]:
-    """Each job, simulated; casts are kept in a folder, if there is one."""
+def simulate(jobs: tuple[RecordedJob, ...]) -> Iterator[tuple[RecordedJob, SimulatedJob]]:
+    """Each job, simulated."""
     for one in jobs:
         config = job_config(one)
         request = prepare_job(one.spec, config).request
         yield one, simulate_job(
-            plan_job([request], config), phase_casts(request, config, cluster_timing(config), folder=folder),
+            plan_job([request], config), phase_casts(request, config, cluster_timing(config)),
             job_timing=job_timing(config, latency=LATENCY), load_timing=load_timing(config, latency=LATENCY))

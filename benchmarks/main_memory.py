@@ -5,13 +5,10 @@ is simulated in Amaranth's own simulator. The second table has the bound: a burs
 while its beats arrive and leave, and for two more cycles.
 """
 
-from pathlib import Path
-
-import click
 from amaranth.hdl import Const
 from amaranth.sim import Simulator
 
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from golden.engine.config import PRESETS
 from hw.memsys.port.main_memory_port import MainMemoryPort
 from radiosity.cli.console import console
@@ -82,19 +79,18 @@ def bound(outstanding: int, latency: int) -> float:
     return min(1.0, outstanding * BURST_BEATS / (latency + 2 * BURST_BEATS + 2))
 
 
-@click.command()
-@output_option("main_memory")
-def main(output: Path) -> None:
+@benchmark("main_memory")
+def main() -> None:
     """Measure how many bursts must be outstanding to hide main memory's latency."""
     rows = []
     for outstanding in OUTSTANDING:
         rows.append([outstanding, *(f"{rate(outstanding, latency):.3f}" for latency in LATENCIES)])
         console().note(f"{outstanding} outstanding bursts: {', '.join(rows[-1][1:])}")
     head = ["outstanding bursts", *(f"{latency} cycles" for latency in LATENCIES)]
-    write_report(output, [
-        "# Main memory: beats per cycle", "",
+    bounds = [[outstanding, *(f"{bound(outstanding, latency):.3f}" for latency in LATENCIES)]
+              for outstanding in OUTSTANDING]
+    write_report(
+        "Main memory: beats per cycle",
         f"{provenance('amaranth')}; beats of 64 bits, bursts of {BURST_BEATS} beats (a patch), reads without a stall "
-        "from a memory that delivers a beat per cycle after its latency.", "",
-        "## Measured", "", *table(head, rows), "", "## Bound", "",
-        *table(head, [[outstanding, *(f"{bound(outstanding, latency):.3f}" for latency in LATENCIES)]
-                      for outstanding in OUTSTANDING])])
+        "from a memory that delivers a beat per cycle after its latency.",
+        "## Measured", table(head, rows), "## Bound", table(head, bounds))

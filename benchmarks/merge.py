@@ -8,11 +8,10 @@ scene but its numbers of pixels.
 
 from dataclasses import dataclass
 
-import click
 import numpy as np
 
-from benchmarks.report import output_option, provenance, table, write_report
-from benchmarks.thesis_networks import grade
+from benchmarks.grades import grade, grade_of, signed
+from benchmarks.report import benchmark, provenance, table, write_report
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin.teapot import CONTROL_POINTS
 from golden.scene.camera import Camera
@@ -171,9 +170,9 @@ def _beside(source, values, *, digits=0) -> list[str]:
             f"{min(values):.{digits}f} to {max(values):.{digits}f}", f"{percentile(source, values)} %"]
 
 
-def _merge_pages(seeds: int) -> list[str]:
+def _merge_tables() -> list[list[str]]:
     """Tables of scenes, of exchanged z-buffers, of merges, and of statements."""
-    matched = {name: [matched_pots(pots, seed) for seed in range(seeds)] for name, pots in POTS.items()}
+    matched = {name: [matched_pots(pots, seed) for seed in range(_SEEDS)] for name, pots in POTS.items()}
     console().note("scenes are matched")
     scenes = []
     for name, pots in POTS.items():
@@ -195,7 +194,7 @@ def _merge_pages(seeds: int) -> list[str]:
         own = [merge_ms(name, scheme, nodes, _WIDTH)[1] for scheme in (_SCHEMES["PAIR-RS"], full)]
         cells = _WIDTH * _WIDTH * (nodes - 1) / nodes
         rows.append([name, nodes, f"{1000 * exchanged / cells:.2f}", f"{exchanged}", f"{np.median(own[1]):.0f}",
-                     f"{100 * (np.median(own[1]) / exchanged - 1):+.1f} %", *_beside(pair, own[0]),
+                     signed(np.median(own[1]) / exchanged - 1), *_beside(pair, own[0]),
                      _grade(np.median(own[0]), pair)])
         ratio = (np.array(own[1]) / own[0]).tolist()
         is_enough = nodes != _NODES or np.median(ratio) >= _FULL_LEAST
@@ -221,23 +220,23 @@ def _merge_pages(seeds: int) -> list[str]:
                            _grade(np.median(ratio), expected) if is_within else "not reproduced"])
         console().note(f"table 4.3: {name}, {size}, {nodes} nodes")
     beside = ["source", "median", "range", "percentile of the source"]
-    return [*table(["scene", "size", *(f"{which}, {one}" for which in ("generated", "winning") for one in beside)],
-                   scenes), "",
-            *table(["scene", "nodes", "source's us a cell", "exchanged z-buffers", "simulated", "error",
-                    *(f"PAIR-RS, {one}" for one in beside), "grade of PAIR-RS"], rows), "",
-            *table(["scene", "size", "nodes", "scheme", "local", "local, simulated", "merge", "merge, simulated",
-                    "percentile of the source", "grade of merge"], merges), "",
-            *table(["ratio of merges", "scene", "nodes", "size", *beside, "grade"], ratios), ""]
+    return [table(["scene", "size", *(f"{which}, {one}" for which in ("generated", "winning") for one in beside)],
+                  scenes),
+            table(["scene", "nodes", "source's us a cell", "exchanged z-buffers", "simulated", "error",
+                   *(f"PAIR-RS, {one}" for one in beside), "grade of PAIR-RS"], rows),
+            table(["scene", "size", "nodes", "scheme", "local", "local, simulated", "merge", "merge, simulated",
+                   "percentile of the source", "grade of merge"], merges),
+            table(["ratio of merges", "scene", "nodes", "size", *beside, "grade"], ratios)]
 
 
 def _grade(simulated, source):
     return grade(float(simulated), float(source))
 
 
-def _volume_pages(seeds: int) -> list[str]:
+def _volume_tables() -> list[list[str]]:
     """Tables of splitters, and of statements."""
     found = {(splitter, is_weighted): [] for splitter in SPLITTERS for is_weighted in (False, True)}
-    for seed in range(seeds):
+    for seed in range(_SEEDS):
         seen, alone = view_volume(blunt_fin(seed=seed), drawn_direction(seed), 512, 512), None
         for (splitter, is_weighted), each in found.items():
             run = simulate_volume(seen, splitter, nodes=_NODES, is_weighted=is_weighted, is_sampled=False, alone=alone)
@@ -250,15 +249,15 @@ def _volume_pages(seeds: int) -> list[str]:
                 (0, 3), (1, 1), (2, 2))), *(f"{np.median(numbers[splitter, True][at]):.{digits}f}"
                                             for at, digits in ((2, 2), (3, 2), (4, 3)))] for splitter in SPLITTERS]
     first = {name: sum(int(each[:, seed].argmin() if is_least else each[:, seed].argmax()) == list(SPLITTERS).index(who)
-                       for seed in range(seeds))
+                       for seed in range(_SEEDS))
              for name, who, is_least, each in (
                  ("RRS is balanced best", "rrs", True, _stacked(numbers, False, 0)),
                  ("RRS has the fewest shared triangles", "rrs", True, _stacked(numbers, False, 1)),
                  ("HS draws fastest", "hs", False, _stacked(numbers, True, 2)),
                  ("HS is fastest with the split", "hs", False, _stacked(numbers, True, 3)),
                  ("HS splits fastest", "hs", True, _stacked(numbers, True, 4)))}
-    statements = [[name, "first of six", f"{count} of {seeds}", "", "",
-                   "reproduced" if 2 * count > seeds else "same shape" if count else "not reproduced"]
+    statements = [[name, "first of six", f"{count} of {_SEEDS}", "", "",
+                   grade_of(2 * count > _SEEDS, count > 0)]
                   for name, count in first.items()]
     best = [_stacked(numbers, is_weighted, at).max(axis=0) for is_weighted, at in ((False, 2), (True, 2), (True, 3))]
     for name, source, values in (("best speedup by triangles alone", _ALONE, best[0]),
@@ -268,9 +267,9 @@ def _volume_pages(seeds: int) -> list[str]:
         is_low = name.startswith("gain") and np.median(values) < _GAIN
         statements.append([name, *_beside(source, values.tolist(), digits=2),
                            "not reproduced" if is_low else _grade(np.median(values), source)])
-    return [*table(["splitter", "most : average", "growth, %", "speedup by triangles", "speedup with spans and pixels",
-                    "the same with the split", "split, s"], rows), "",
-            *table(["statement", "source", "simulated", "range", "percentile of the source", "grade"], statements), ""]
+    return [table(["splitter", "most : average", "growth, %", "speedup by triangles", "speedup with spans and pixels",
+                   "the same with the split", "split, s"], rows),
+            table(["statement", "source", "simulated", "range", "percentile of the source", "grade"], statements)]
 
 
 def _stacked(numbers, is_weighted, at):
@@ -278,12 +277,10 @@ def _stacked(numbers, is_weighted, at):
     return np.stack([numbers[splitter, is_weighted][at] for splitter in SPLITTERS])
 
 
-@click.command()
-@click.option("--seeds", type=click.IntRange(1, 100), default=_SEEDS, help="Set the number of seeds.")
-@output_option("merge")
-def main(seeds, output) -> None:
+@benchmark("merge")
+def main() -> None:
     """Simulate tables 4.1 to 4.3 and figures 6.16 to 6.21 of Kurc's thesis."""
-    write_report(output, [
-        "# Merged pictures and split volumes, simulated", "",
-        f"{provenance('numpy')}; {seeds} seeds; medians, ranges and percentiles are over these.", "",
-        *_merge_pages(seeds), *_volume_pages(seeds)])
+    write_report(
+        "Merged pictures and split volumes, simulated",
+        f"{provenance('numpy')}; {_SEEDS} seeds; medians, ranges and percentiles are over these.",
+        *_merge_tables(), *_volume_tables())

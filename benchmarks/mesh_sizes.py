@@ -7,17 +7,14 @@ some scenes the time until a picture has the error of ours. Mitsuba needs the ex
 
 import os
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
-from multiprocessing import get_context
-from pathlib import Path
 
-import click
 import numpy as np
 
 from benchmarks.casting import SIDE, diffuse_rays, primary_rays, rate
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
+from benchmarks.view_factor_programs import in_own_process
 from golden.base.peak_memory import peak_memory
 from golden.cast.grid import Grid
 from golden.cast.methods import ray_caster
@@ -124,42 +121,36 @@ def _caster(scene, method):
 
 
 def _alone(function, *arguments):
-    """The result of a function that a new process with one thread runs."""
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_one_thread) as pool:
-        return pool.submit(function, *arguments).result()
-
-
-def _one_thread():
+    """The result of a function with one thread, in a process of its own."""
     os.environ["OMP_NUM_THREADS"] = "1"
     if find_spec("drjit"):
         import drjit
         drjit.set_thread_count(1)
+    return function(*arguments)
 
 
 def _cast_row(name, method, *rays):
-    found = _alone(measure_cast, name, method, *rays)
+    found = in_own_process(_alone, measure_cast, name, method, *rays)
     return [name, found.triangles, method, f"{found.build:.2f}", f"{found.primary / 1e6:.2f}",
             f"{found.diffuse / 1e6:.2f}", f"{found.memory / 1e6:.0f}"]
 
 
 def _picture_rows(name, with_mitsuba):
-    ours, image = _alone(measure_render, name)
+    ours, image = in_own_process(_alone, measure_render, name)
     if not with_mitsuba:
         return [[name, "ours", 4, f"{ours.seconds:.1f}", "", f"{ours.memory / 1e6:.0f}"]]
-    paths, error = _alone(measure_paths, name, image)
+    paths, error = in_own_process(_alone, measure_paths, name, image)
     return [[name, who, one.samples, f"{one.seconds:.1f}", f"{100 * error:.1f} %", f"{one.memory / 1e6:.0f}"]
             for who, one in (("ours", ours), ("mitsuba", paths))]
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
-@output_option("mesh_sizes")
-def main(scenes: tuple[str, ...], output: Path) -> None:
+@benchmark("mesh_sizes", SCENES)
+def main(scenes: tuple[str, ...]) -> None:
     """Measure meshes of growing size beside Embree and Mitsuba; SCENES default to five sizes of `balls`."""
     with_mitsuba = find_spec("mitsuba") is not None
     methods = METHODS if with_mitsuba else METHODS[:-1]
     casts, pictures = [], []
-    for name in scenes or SCENES:
+    for name in scenes:
         scene = open_scene(name)
         primary = primary_rays(scene)
         diffuse = diffuse_rays(scene, ray_caster(scene, "embree"), primary)
@@ -171,10 +162,10 @@ def main(scenes: tuple[str, ...], output: Path) -> None:
         console().note(" ".join(map(str, pictures[-1])))
     if not with_mitsuba:
         console().warn("Mitsuba is not installed (extra `reference`): its rows are left out")
-    write_report(output, [
-        "# Meshes of growing size", "",
+    write_report(
+        "Meshes of growing size",
         f"{provenance('numpy', 'embreex', *(['mitsuba'] if with_mitsuba else []))}; {SIDE} x {SIDE} rays, one thread, "
-        "processor time.", "",
-        *table(["scene", "triangles", "method", "build s", "primary Mrays/s", "diffuse Mrays/s", "peak MB"], casts), "",
-        "## Pictures of equal error", "",
-        *table(["scene", "renderer", "samples", "seconds", "error", "peak MB"], pictures)])
+        "processor time.",
+        table(["scene", "triangles", "method", "build s", "primary Mrays/s", "diffuse Mrays/s", "peak MB"], casts),
+        "## Pictures of equal error",
+        table(["scene", "renderer", "samples", "seconds", "error", "peak MB"], pictures))

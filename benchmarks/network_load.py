@@ -6,24 +6,23 @@ out/bench/network_load.md and a chart for each size, pattern and length of packe
 """
 
 from dataclasses import dataclass
-from pathlib import Path
+from itertools import product
 
-import click
 import numpy as np
 
-from benchmarks.report import output_option, provenance, write_report
+from benchmarks.report import benchmark, provenance, table, write_chart, write_report
 from benchmarks.traffic import SATURATED, Measurement, Window, bound, measure, pattern
 from golden.engine.noc.delay import zero_load_latency
 from golden.engine.noc.routing import route
 from golden.engine.noc.topology import Topology
-from radiosity.charts.chart import Line, line_figure, write_figure
+from radiosity.charts.chart import Line
 from radiosity.cli.console import console
 
 SIDES = (4, 8)
 NETWORKS = (("mesh", 1), ("mesh", 2), ("mesh", 4), ("torus", 2), ("torus", 4))
 TRAFFIC = ("uniform", "transpose", "hotspot")
 LENGTHS = (1, 4, 5)
-BUFFER_FLITS = 8
+BUFFER_FLITS, SEED = 8, 1
 LOW = 0.01
 # Runs at low load, where packets are few.
 LOW_RUNS = 4
@@ -102,7 +101,7 @@ class Curve:
         return float(self.loads[np.argmin(within) - 1] if not within.all() else self.loads[-1])
 
 
-def run(case: Case, window: Window, seed: int) -> Curve:
+def run(case: Case) -> Curve:
     """Loads far apart first, then near the point where latency rises."""
     topology = Topology(case.topology, case.side, case.side)
     routing, probabilities = route(topology, case.channels), pattern(case.traffic, topology)
@@ -110,45 +109,39 @@ def run(case: Case, window: Window, seed: int) -> Curve:
 
     def look(loads, seed):
         return measure(routing, probabilities, loads=loads, length=case.length, buffer_flits=BUFFER_FLITS,
-                       window=window, seed=seed)
+                       window=WINDOW, seed=seed)
 
     known = BOOKSIM_CURVES.get((case.side, case.length, case.channels), {})
     known = list(known) if (case.topology, case.traffic) == ("mesh", "uniform") else []
     loads = np.unique(np.round([*(most * COARSE[0] * np.array([0.25, 0.5, 0.75])), *known, *(most * COARSE), 1], 5))
     loads = np.concatenate([[LOW] * LOW_RUNS, loads])
-    curve = Curve(loads=loads, found=look(loads, seed), bound=most)
+    curve = Curve(loads=loads, found=look(loads, SEED), bound=most)
     last = int(np.searchsorted(loads, curve.saturation))
     between = np.linspace(loads[last], loads[min(last + 1, len(loads) - 1)], FINE + 2)[1:-1]
     loads = np.concatenate([loads, between])
-    found = [*curve.found, *look(between, seed + 100)]
+    found = [*curve.found, *look(between, SEED + 100)]
     order = np.argsort(loads, kind="stable")
     return Curve(loads=loads[order], found=[found[number] for number in order], bound=most)
 
 
-def table(curves: dict[Case, Curve]) -> list[str]:
-    """Latency, saturation and what is accepted, beside BookSim's."""
-    lines = ["## Low load, saturation, overload", "",
-             "| network | traffic | flits | latency at low load | BookSim | saturation | BookSim | ratio | bound "
-             "| accepted at 1.0 | BookSim |", "|---" * 11 + "|"]
+def overloads(curves: dict[Case, Curve]) -> list[list]:
+    """Rows of latency, saturation and what is accepted, beside BookSim's."""
+    rows = []
     for case, curve in curves.items():
         theirs = BOOKSIM.get((case.side, case.length, case.traffic), {}).get(case.channels)
         theirs = theirs if case.topology == "mesh" else None
         low, saturation, accepted, ratio = (
             f"{theirs[0]:.1f}", f"{theirs[1]:.3f}", f"{theirs[2]:.3f}", f"{curve.saturation / theirs[1]:.2f}",
         ) if theirs else [""] * 4
-        lines.append(f"| {case} | {case.traffic} | {case.length} | {curve.low:.1f} | {low} | {curve.saturation:.3f} "
-                     f"| {saturation} | {ratio} | {curve.bound:.3f} | {curve.found[-1].accepted:.3f} | {accepted} |")
-    return [*lines, ""]
+        rows.append([case, case.traffic, case.length, f"{curve.low:.1f}", low, f"{curve.saturation:.3f}", saturation,
+                     ratio, f"{curve.bound:.3f}", f"{curve.found[-1].accepted:.3f}", accepted])
+    return rows
 
 
-def saturations(curves: dict[Case, Curve]) -> list[str]:
+def saturations(curves: dict[Case, Curve]) -> list[list]:
     """The same loads with the networks side by side."""
-    lines = ["## Saturation by network", "",
-             "In brackets BookSim's figures. Low load: of the mesh with one channel.", "",
-             "| nodes, traffic, flits of a packet | low load | "
-             + " | ".join(f"{topology}, {channels} VC" for topology, channels in NETWORKS) + " |",
-             "|---" * (2 + len(NETWORKS)) + "|"]
-    for side, traffic, length in dict.fromkeys((case.side, case.traffic, case.length) for case in curves):
+    rows = []
+    for side, traffic, length in _kinds(curves):
         theirs, cells = BOOKSIM.get((side, length, traffic), {}), []
         for topology, channels in NETWORKS:
             case = Case(side=side, topology=topology, channels=channels, traffic=traffic, length=length)
@@ -157,14 +150,17 @@ def saturations(curves: dict[Case, Curve]) -> list[str]:
             if not cells:
                 cells.append(f"{curve.low:.1f}" + (f" ({known[0]:.1f})" if known else ""))
             cells.append(f"{curve.saturation:.3f}" + (f" ({known[1]:.3f})" if known else "") if curve else "")
-        lines.append(f"| {side} x {side}, {traffic}, {length} | {' | '.join(cells)} |")
-    return [*lines, ""]
+        rows.append([f"{side} x {side}, {traffic}, {length}", *cells])
+    return rows
 
 
-def latencies(curves: dict[Case, Curve]) -> list[str]:
+def _kinds(curves):
+    return dict.fromkeys((case.side, case.traffic, case.length) for case in curves)
+
+
+def latencies(curves: dict[Case, Curve]) -> list[list]:
     """Mean latency at the loads that BookSim was run with."""
-    lines = ["## Latency against load, uniform traffic (BookSim's in brackets)", "",
-             "| network | flits | load: latency |", "|---|---|---|"]
+    rows = []
     for case, curve in curves.items():
         known = BOOKSIM_CURVES.get((case.side, case.length, case.channels))
         if known is None or (case.topology, case.traffic) != ("mesh", "uniform"):
@@ -174,14 +170,14 @@ def latencies(curves: dict[Case, Curve]) -> list[str]:
             ours = curve.latency[np.argmin(abs(curve.loads - load))]
             limit = SATURATED * curve.low
             cells.append(f"{load}: {f'{ours:.1f}' if ours < limit else 'saturated'} ({theirs or 'saturated'})")
-        lines.append(f"| {case} | {case.length} | " + " · ".join(cells) + " |")
-    return [*lines, ""]
+        rows.append([case, case.length, " · ".join(cells)])
+    return rows
 
 
-def charts(curves: dict[Case, Curve], folder: Path) -> list[str]:
-    """A chart for each size, pattern and length."""
-    lines = ["## Charts", "", "Triangles mark saturation.", ""]
-    for side, traffic, length in dict.fromkeys((case.side, case.traffic, case.length) for case in curves):
+def charts(curves: dict[Case, Curve]) -> list[str]:
+    """Write a chart for each size, pattern and length: lines that show them."""
+    lines = []
+    for side, traffic, length in _kinds(curves):
         chosen = {case: curve for case, curve in curves.items()
                   if (case.side, case.traffic, case.length) == (side, traffic, length)}
         end = max(curve.saturation for curve in chosen.values()) * 1.1
@@ -193,39 +189,40 @@ def charts(curves: dict[Case, Curve], folder: Path) -> list[str]:
             shown = min(shown, max(1, int((curve.loads <= end).sum())))
             drawn.append(Line(name=f"{case.topology}, {case.channels} VC", x=curve.loads[:shown],
                               y=curve.latency[:shown], ends_at=curve.saturation))
-        name = f"network_load_{side}x{side}_{traffic}_{length}.svg"
-        write_figure(folder / name, line_figure(
-            drawn, title=f"{side} x {side}, {traffic}, {length}-flit packets",
-            x_name="offered flits per node and cycle", y_name="mean latency, cycles", y_top=top))
-        lines += [f"![{side} x {side}, {traffic}, {length} flits]({name})", ""]
+        name = f"network_load_{side}x{side}_{traffic}_{length}"
+        write_chart(name, drawn, title=f"{side} x {side}, {traffic}, {length}-flit packets",
+                    x_name="offered flits per node and cycle", y_name="mean latency, cycles", y_top=top)
+        lines.append(f"![{side} x {side}, {traffic}, {length} flits]({name}.svg)")
     return lines
 
 
-@click.command()
-@click.option("--side", "sides", type=click.Choice([str(side) for side in SIDES]), multiple=True, default=("4", "8"),
-              help="Measure a network of this many nodes across and down; may be repeated.")
-@click.option("--traffic", type=click.Choice(TRAFFIC), multiple=True, default=TRAFFIC,
-              help="Send this traffic pattern; may be repeated.")
-@click.option("--seed", type=int, default=1, help="Set the seed of the packets.")
-@output_option("network_load")
-def main(sides: tuple[str, ...], traffic: tuple[str, ...], seed: int, output: Path) -> None:
+@benchmark("network_load")
+def main() -> None:
     """Measure the network's latency against the offered load, beside BookSim 2."""
     curves = {}
-    cases = [Case(side=int(side), topology=topology, channels=channels, traffic=kind, length=length)
-             for side in sides for kind in traffic for length in LENGTHS for topology, channels in NETWORKS
-             if length != 4 or topology == "mesh"]
-    for case in cases:
-        curves[case] = run(case, WINDOW, seed)
-        console().note(f"{case}, {case.traffic}, {case.length} flits: {curves[case].low:.1f} cycles, "
-                   f"saturated from {curves[case].saturation:.3f}")
+    for side, traffic, length, (topology, channels) in product(SIDES, TRAFFIC, LENGTHS, NETWORKS):
+        if length != 4 or topology == "mesh":
+            case = Case(side=side, topology=topology, channels=channels, traffic=traffic, length=length)
+            curve = curves[case] = run(case)
+            console().note(f"{case}, {traffic}, {length} flits: {curve.low:.1f} cycles, saturated from "
+                           f"{curve.saturation:.3f}")
     law = ", ".join(f"{zero_load_latency(Topology(name, side, side).hops.mean()):.2f} in a {side} x {side} {name}"
-                    for side in map(int, sides) for name in ("mesh", "torus"))
-    write_report(output, [
-        "# Latency against load", "",
+                    for side in SIDES for name in ("mesh", "torus"))
+    write_report(
+        "Latency against load",
         f"Queues of {BUFFER_FLITS} flits, routers of 2 cycles, links of 1. {WINDOW.warm_up} cycles of warm-up, "
         f"{WINDOW.measured} measured, {WINDOW.drain} of drain; latency with the time in the source's queue; saturation "
         f"is the largest load with less than {SATURATED} x the latency at {LOW} "
         "(`benchmarks/traffic.py`). BookSim 2 counts one cycle more at the node. "
         "The delay law gives, for one flit and uniform traffic, "
-        f"{law}. Seed {seed}. {provenance('numpy')}.", "",
-        *table(curves), *saturations(curves), *latencies(curves), *charts(curves, output.parent)])
+        f"{law}. Seed {SEED}. {provenance('numpy')}.",
+        "## Low load, saturation, overload",
+        table(["network", "traffic", "flits", "latency at low load", "BookSim", "saturation", "BookSim", "ratio",
+               "bound", "accepted at 1.0", "BookSim"], overloads(curves)),
+        "## Saturation by network",
+        "In brackets BookSim's figures. Low load: of the mesh with one channel.",
+        table(["nodes, traffic, flits of a packet", "low load",
+               *(f"{topology}, {channels} VC" for topology, channels in NETWORKS)], saturations(curves)),
+        "## Latency against load, uniform traffic (BookSim's in brackets)",
+        table(["network", "flits", "load: latency"], latencies(curves)),
+        "## Charts", "Triangles mark saturation.", *charts(curves))

@@ -6,23 +6,18 @@ effectiveness of low-density castings, and caches with LFU against direct ones. 
 """
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
-import click
 import numpy as np
 
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.ceiling import Ceiling
+from benchmarks.grades import grade_of, signed
+from benchmarks.report import benchmark, provenance, table, write_chart, write_report
 from golden.cast.hemisphere import Hemisphere
-from golden.engine.cast.shelling import Shelling
 from golden.engine.config import PRESETS, Config
-from golden.engine.frustum import hemisphere_record
 from golden.engine.memsys.bus.cache import Cache
 from golden.engine.memsys.bus.cache_policy import CachePolicy
-from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.engine.schedule.ceiling_points import ceiling_points
 from golden.engine.schedule.usage import cumulative_frequency, effectiveness, usage_order
-from golden.scene.open import open_scene
-from radiosity.charts.chart import Line, line_figure, write_figure
+from radiosity.charts.chart import Line
 from radiosity.cli.console import console
 from radiosity.machines.paper.paper_machine import PaperMachine, PaperRun, PaperSpec
 from radiosity.machines.paper.ray_string import ray_string
@@ -31,7 +26,8 @@ from radiosity.machines.paper.supply import Supply
 __all__ = ["grade_effectiveness", "grade_gain", "grade_misses", "nearest_power"]
 
 _SCENES = ("lobby", "room1627")
-_NODES = (1, 2, 4, 8, 16, 64, 256, 1024)
+# Clusters, and points along each side of the patch that cast the hemispheres of a step.
+_NODES, _SAMPLES = (1, 2, 4, 8, 16, 64, 256, 1024), 2
 _CONFIG = PRESETS["paper"].replace({"memsys.own_patches": 4096})
 _CELL, _RAYS, _POINT = 0.0625, (256, 64), 5
 # Clusters for which the paper's gain is graded: no figure of the paper has more.
@@ -46,23 +42,18 @@ _RATIOS = (16, 512)
 
 def grade_gain(gain: float) -> str:
     """What has become of the paper's 15 % by the hierarchy: from 5 to 30 %; a gain at all, above 1 %; or none."""
-    low, high = _GAIN
-    return "reproduced" if low <= gain <= high else "same shape" if gain > 0.01 else "not reproduced"
+    return grade_of(_GAIN[0] <= gain <= _GAIN[1], gain > 0.01)
 
 
 def grade_effectiveness(value: float, *, sparser: float, denser: float) -> str:
     """What has become of 0.7 to 0.8: a value there; or one that falls with fewer rays; or neither."""
-    low, high = _EFFECTIVENESS
-    if low <= value <= high:
-        return "reproduced"
-    return "same shape" if sparser < value < denser else "not reproduced"
+    return grade_of(_EFFECTIVENESS[0] <= value <= _EFFECTIVENESS[1], sparser < value < denser)
 
 
 def grade_misses(direct: Sequence[float], lfu: Sequence[float]) -> str:
     """What has become of LFU that misses less: at all sizes; at most of those that differ; or not."""
-    fewer, more = (sum(pair) for pair in zip(*((one < other, one > other) for one, other in zip(
-        lfu, direct, strict=True)), strict=True))
-    return "not reproduced" if fewer <= more else "same shape" if more else "reproduced"
+    fewer, more = sum(np.less(lfu, direct)), sum(np.greater(lfu, direct))
+    return grade_of(fewer > 0 == more, fewer > more)
 
 
 def nearest_power(value: float) -> int:
@@ -74,21 +65,17 @@ class _Strings:
     """Strings of references of castings from a point of a scene's ceiling."""
 
     def __init__(self, scene: str, config: Config):
-        opened = open_scene(scene)
-        points, self._down = ceiling_points(opened)
-        self._origin, self._config, self._patches = points[_POINT], config, len(opened)
-        self._geometry = PatchGeometry.of(opened, config.numbers, points[[_POINT]])
-        self._shelling = Shelling(self._geometry, config, cell=_CELL)
+        self._ceiling = Ceiling(scene, config, point=_POINT)
+        self._config, self._patches = config, len(self._ceiling.scene)
         self.dense, hits = self._cast(1)
         hit = hits.patch[hits.patch >= 0]
         self.coherence = len(hit) / len(np.unique(hit))
 
     def _cast(self, ratio):
         bits = ratio.bit_length() - 1
-        hemisphere = Hemisphere(_RAYS[0] >> (bits + 1) // 2, _RAYS[1] >> bits // 2)
-        record = hemisphere_record(hemisphere, self._geometry.coordinates, self._origin, self._down)
-        hits, _ = self._shelling.cast(record)
-        return ray_string(record, hits, self._shelling.table, self._config), hits
+        record = self._ceiling.record(hemisphere=Hemisphere(_RAYS[0] >> (bits + 1) // 2, _RAYS[1] >> bits // 2))
+        hits, _ = self._ceiling.shelling.cast(record)
+        return ray_string(record, hits, self._ceiling.shelling.table, self._config), hits
 
     def _frequency(self, string):
         return np.bincount(string, minlength=self._patches)
@@ -139,21 +126,21 @@ def _gain_rows(scene: str, runs: list[dict[Supply, PaperRun]]) -> list[list]:
         if pushed.nodes <= _GRADED:
             gain = main.cycles / pushed.cycles - 1
             rows.append([f"`{scene}`", pushed.spec.samples**2, pushed.nodes, f"{main.cycles:,}", f"{pushed.cycles:,}",
-                         f"{100 * gain:+.1f} %", grade_gain(gain)])
+                         signed(gain), grade_gain(gain)])
     return rows
 
 
-def _chart(path: Path, scene: str, runs: list[dict[Supply, PaperRun]]) -> None:
+def _chart(scene: str, runs: list[dict[Supply, PaperRun]]) -> None:
     lines = []
     for supply in (Supply.PUSHED, Supply.PULLED):
         chosen = [run[supply] for run in runs]
         rates = [sum(len(frustum.record) for step in one.steps for frustum in step.prepared.frusta) / one.cycles
                  for one in chosen]
         lines.append(Line(name=supply.value, x=np.log2([one.nodes for one in chosen]), y=np.array(rates)))
-    write_figure(path, line_figure(
-        lines, title=f"{scene}: one hemisphere of {_RAYS[0]} x {_RAYS[1]} rays",
+    write_chart(
+        f"paper-{scene}", lines, title=f"{scene}: one hemisphere of {_RAYS[0]} x {_RAYS[1]} rays",
         x_name="logarithm of the clusters (extrapolated above 4)", y_name="rays per cycle",
-        y_top=1.1 * max(float(line.y.max()) for line in lines)))
+        y_top=1.1 * max(float(line.y.max()) for line in lines))
 
 
 def _string_rows(scene: str) -> tuple[list[list], list[list]]:
@@ -172,41 +159,33 @@ def _string_rows(scene: str) -> tuple[list[list], list[list]]:
         ("direct", direct, ""), ("fully associative, LFU", lfu, grade_misses(direct, lfu)))]
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
-@output_option("paper_machine")
-@click.option("--nodes", type=click.IntRange(1), multiple=True, default=_NODES, show_default=True,
-              help="Simulate this many clusters; may be repeated.")
-@click.option("--samples", "hemispheres", type=click.IntRange(1, 16), default=2, show_default=True, help="Compare the "
-              "hierarchy for hemispheres from this many points along each side of the patch too.")
-def main(scenes, output, nodes, hemispheres) -> None:
+@benchmark("paper_machine", _SCENES)
+def main(scenes) -> None:
     """Simulate the paper's machine; SCENES default to lobby and room1627."""
     supply, gain, effective, misses = [], [], [], []
-    for scene in scenes or _SCENES:
+    for scene in scenes:
         strings = _string_rows(scene)
         effective += strings[0]
         misses += strings[1]
-        runs = list(_runs(scene, sorted({*nodes}), 1))
+        runs = list(_runs(scene, _NODES, 1))
         supply += _supply_rows(scene, runs)
-        gain += _gain_rows(scene, runs)
-        if hemispheres > 1:
-            graded = [count for count in sorted({*nodes}) if count <= _GRADED]
-            gain += _gain_rows(scene, list(_runs(scene, graded, hemispheres)))
-        _chart(output.parent / f"paper-{scene}.svg", scene, runs)
-    write_report(output, [
-        "# The paper's machine, simulated", "",
+        graded = [count for count in _NODES if count <= _GRADED]
+        gain += _gain_rows(scene, [*runs, *_runs(scene, graded, _SAMPLES)])
+        _chart(scene, runs)
+    write_report(
+        "The paper's machine, simulated",
         f"{provenance('numpy')}; preset paper, a step of hemispheres of {_RAYS[0]} x {_RAYS[1]} rays on the patch with "
         f"most light, cell {_CELL:g}, one ray of 64 at low density, two traversal units for each cluster, main memory "
-        "10 cycles away. * extrapolated: hardware of so many clusters has not been simulated.", "",
-        "One hemisphere:", "",
-        *table(["scene", "clusters", "cycles, pushed", "cycles, pulled", "pulled : pushed", "efficiency, pushed",
-                "efficiency, pulled", "root link, pushed", "root link, pulled", "words on links, pushed",
-                "words on links, pulled", "resident patches", "deferred rays"], supply), "",
-        "The hierarchy against main memory alone (the paper: 15 %):", "",
-        *table(["scene", "hemispheres", "clusters", "main memory", "hierarchy", "gain", "grade"], gain), "",
+        "10 cycles away. * extrapolated: hardware of so many clusters has not been simulated.",
+        "One hemisphere:",
+        table(["scene", "clusters", "cycles, pushed", "cycles, pulled", "pulled : pushed", "efficiency, pushed",
+               "efficiency, pulled", "root link, pushed", "root link, pulled", "words on links, pushed",
+               "words on links, pulled", "resident patches", "deferred rays"], supply),
+        "The hierarchy against main memory alone (the paper: 15 %):",
+        table(["scene", "hemispheres", "clusters", "main memory", "hierarchy", "gain", "grade"], gain),
         f"Strings of references by ray, from point {_POINT} of the ceiling. Effectiveness at twice the degree of "
-        "coherence (the paper: 0.7 to 0.8):", "",
-        *table(["scene", "ADRC", "ratio", "patches found", "least E(k)", "mean E(k)", "last E(k)", "share served",
-                "grade"], effective), "",
-        "Miss ratios by lines (the paper: LFU is better):", "",
-        *table(["scene", "placement", *map(str, _LINES), "grade"], misses)])
+        "coherence (the paper: 0.7 to 0.8):",
+        table(["scene", "ADRC", "ratio", "patches found", "least E(k)", "mean E(k)", "last E(k)", "share served",
+               "grade"], effective),
+        "Miss ratios by lines (the paper: LFU is better):",
+        table(["scene", "placement", *_LINES, "grade"], misses))

@@ -5,13 +5,12 @@ exact geometry beyond the bounds of docs/exactness.md, makes it fail. Scene, ray
 """
 
 from collections import Counter
-from pathlib import Path
 
 import click
 import numpy as np
 
 from benchmarks.independent_hits import exact_geometry, rule_hits
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from benchmarks.truth.exact_geometry import CAUSES
 from benchmarks.viewpoints import CONFIG, hard_records
 from golden.cast.embree import Embree
@@ -65,16 +64,14 @@ def row(name: str, counts: Counter) -> list:
             counts["Embree"]]
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
+@benchmark("reference_hits", SCENES)
 @click.option("--scale", type=click.Choice([str(scale) for scale in SCALES]), default=str(SCALES[-1]),
               show_default=True, help="Multiply the sides of the smallest grids, which have 15,680 rays in all.")
 @click.option("--seed", default=1, show_default=True, help="Set the seed of the origins and cameras.")
-@output_option("reference_hits")
-def main(scenes: tuple[str, ...], scale: str, seed: int, output: Path) -> None:
+def main(scenes: tuple[str, ...], scale: str, seed: int) -> None:
     """Count the rays that differ from both references; SCENES default to five built-in ones."""
     rows, total = [], Counter()
-    for name in scenes or SCENES:
+    for name in scenes:
         counts = measure(name, int(scale), seed)
         shares = {share: max(total[share], counts[share]) for share in ("edge share", "1/t share")}
         total.update(counts)
@@ -83,22 +80,22 @@ def main(scenes: tuple[str, ...], scale: str, seed: int, output: Path) -> None:
         console().note(" | ".join(map(str, rows[-1])))
     total["patches"] = 0
     explained = sum(total[cause] for cause in CAUSES) - total["unexplained"]
-    write_report(output, [
-        "# Hits against references that share nothing with the machine", "", provenance("numpy", "embreex") + ".", "",
+    write_report(
+        "Hits against references that share nothing with the machine", provenance("numpy", "embreex") + ".",
         f"Seed {seed}; each scene from {ORIGINS} origins (on patches, at vertices, next to edges, anywhere), from each "
         "of them a hemisphere and a screen, and the scene's own view, cast by shelling with cells of "
-        f"{CELL:g}.", "",
-        "* *integer rule*: rays of which any field (patch, 1/t, u, v) differs from the rule of docs/fixed-point.md, "
-        "written again in Python's integers. Must be 0.",
-        "* *tie* to *unexplained*: rays that hit another patch than in rational geometry of the snapped vertices and "
-        "the grid's directions, by cause. *Unexplained* must be 0.",
-        "* *1/t beyond*: rays on the same patch whose 1/t is off by more than its bound. Must be 0. The shares are the "
-        "largest parts of the bounds that occurred.",
-        "* *dropped*: rays that would meet a dropped patch first; the others behind it are compared.",
-        "* *float64*, *Embree*: rays, but for those, that these cast to another patch than exact geometry.", "",
-        *table(HEAD, [*rows, row("all", total)]), "",
+        f"{CELL:g}.",
+        ["* *integer rule*: rays of which any field (patch, 1/t, u, v) differs from the rule of docs/fixed-point.md, "
+         "written again in Python's integers. Must be 0.",
+         "* *tie* to *unexplained*: rays that hit another patch than in rational geometry of the snapped vertices and "
+         "the grid's directions, by cause. *Unexplained* must be 0.",
+         "* *1/t beyond*: rays on the same patch whose 1/t is off by more than its bound. Must be 0. The shares are "
+         "the largest parts of the bounds that occurred.",
+         "* *dropped*: rays that would meet a dropped patch first; the others behind it are compared.",
+         "* *float64*, *Embree*: rays, but for those, that these cast to another patch than exact geometry."],
+        table(HEAD, [*rows, row("all", total)]),
         f"{total['rays']} rays: {total['integer rule']} differ from the integer rule, {explained} from exact geometry "
         f"within the bounds, {total['unexplained'] + total['1/t beyond']} beyond; float64 {total['float64']}, "
-        f"Embree {total['Embree']}."])
+        f"Embree {total['Embree']}.")
     if total["integer rule"] or total["unexplained"] or total["1/t beyond"]:
         raise SystemExit("error: there are differences that must not be")

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks import reference_scenes
 from benchmarks.furnished_rooms import ROOMS
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from golden.base.output import whole_file
 from golden.light.image import write_png
 from golden.light.tone import tone_map
@@ -148,20 +148,16 @@ def _side_by_side(ours, theirs):
     return np.repeat(np.repeat(np.concatenate(pictures, axis=1), 4, axis=0), 4, axis=1)
 
 
-@click.command()
-@click.argument("scenes", nargs=-1, type=click.Choice(list(SCENES)), metavar="[SCENE]...")
+@benchmark("references", SCENES, only=True)
 @click.option("--trace", is_flag=True, help="Trace the references again and store them in the tree (needs Mitsuba).")
-@click.option("--runs", type=click.IntRange(2, 1024), default=RUNS, show_default=True,
-              help=f"Runs of {SAMPLES} paths a pixel for --trace.")
 @click.option("--pictures", type=click.Path(file_okay=False, path_type=Path),
               help="Write ours, the difference and the reference side by side as PNG files into this folder.")
-@output_option("references")
-def main(scenes: tuple[str, ...], trace: bool, runs: int, pictures: Path | None, output: Path) -> None:
-    """Compare pictures with those of a path tracer; SCENE: all of them by default."""
+def main(scenes: tuple[str, ...], trace: bool, pictures: Path | None) -> None:
+    """Compare pictures with those of a path tracer; SCENES: all of them by default."""
     rows = []
-    for name in scenes or SCENES:
+    for name in scenes:
         if trace:
-            Reference.traced(name, runs=2 * (runs // 2)).store(name)
+            Reference.traced(name, runs=RUNS).store(name)
         reference = Reference.stored(name)
         image = rendered(name)
         found = compare(image, reference)
@@ -172,7 +168,6 @@ def main(scenes: tuple[str, ...], trace: bool, runs: int, pictures: Path | None,
         if pictures is not None:
             pictures.mkdir(parents=True, exist_ok=True)
             write_png(pictures / f"{_path(name).stem}.png", _side_by_side(image, reference.image))
-    write_report(output, ["# Pictures beside those of a path tracer", "",
-                          f"{provenance('numpy', 'numba')}; {WIDTH} x {HEIGHT} pixels, 16 primary rays each.", "",
-                          *table(["scene", "red", "green", "blue", "worst block", "median block", "noise", "masked"],
-                                 rows)])
+    write_report("Pictures beside those of a path tracer",
+                 f"{provenance('numpy', 'numba')}; {WIDTH} x {HEIGHT} pixels, 16 primary rays each.",
+                 table(["scene", "red", "green", "blue", "worst block", "median block", "noise", "masked"], rows))

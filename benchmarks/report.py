@@ -1,23 +1,48 @@
-"""The page that a benchmark writes and prints: tables, and where they were measured."""
+"""The command of a benchmark, and the page that it writes and prints: tables, and where they were measured."""
 
 import platform
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 import click
 
 from golden.base.output import whole_file
+from radiosity.charts.chart import Line, line_figure, write_figure
 from radiosity.cli.console import console
 
-__all__ = ["cell_text", "output_option", "provenance", "table", "tables_of", "versions", "write_report"]
+__all__ = ["benchmark", "cell_text", "page_path", "provenance", "table", "tables_of", "versions", "write_chart",
+           "write_report"]
+
+_KEY = "benchmarks.page"
 
 
-def output_option(name: str) -> Callable:
-    """The option ``--output`` of the benchmark ``name``."""
-    return click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path),
-                        default=f"out/bench/{name}.md", help="Write the page to this file.")
+def benchmark(name: str, scenes: Sequence[str] = (), *, only: bool = False) -> Callable:
+    """Make a function a benchmark's command, which has the option ``--output``.
+
+    Parameters
+    ----------
+    name
+        The page is out/bench/NAME.md by default.
+    scenes
+        Values of the argument ``scenes`` unless others are given. Default: there is no such argument.
+    only
+        Other scenes than these are refused.
+    """
+    def remember(ctx, param, value):
+        ctx.meta[_KEY] = value
+
+    output = click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), expose_value=False,
+                          default=f"out/bench/{name}.md", callback=remember, help="Write the page to this file.")
+    argument = click.argument("scenes", nargs=-1, type=click.Choice(list(scenes)) if only else None,
+                              metavar="[SCENES]...", callback=lambda ctx, param, value: value or tuple(scenes))
+    return lambda function: click.command()(argument(output(function)) if scenes else output(function))
+
+
+def page_path() -> Path:
+    """The page of the command that runs."""
+    return click.get_current_context().meta[_KEY]
 
 
 def cell_text(cell: float | None) -> str:
@@ -35,10 +60,9 @@ def versions(*packages: str) -> dict[str, str]:
     return {"Python": platform.python_version(), **{name: version(name) for name in packages}}
 
 
-def table(head: list[str], rows: list[list]) -> list[str]:
+def table(head: Sequence[str], rows: Sequence[Sequence]) -> list[str]:
     """Lines of a Markdown table."""
-    return ["| " + " | ".join(head) + " |", "|---" * len(head) + "|",
-            *("| " + " | ".join(map(str, row)) + " |" for row in rows)]
+    return [_line(head), "|---" * len(head) + "|", *map(_line, rows)]
 
 
 def tables_of(lines: list[str]) -> list[dict]:
@@ -57,14 +81,34 @@ def tables_of(lines: list[str]) -> list[dict]:
     return found
 
 
-def write_report(path: Path, lines: list[str], *, report: dict | None = None) -> None:
-    """Write a page, and print it or, with ``--json``, the report; by default its tables."""
+def write_report(title: str, *parts: str | list[str], report: dict | None = None) -> None:
+    """Write the page of the command that runs, and print it or, with ``--json``, the report.
+
+    Parameters
+    ----------
+    title, parts
+        The page's title, and what stands below it with an empty line between: paragraphs, and lines of tables.
+    report
+        Default: the tables.
+    """
+    path, lines = page_path(), [f"# {title}"]
+    for part in parts:
+        lines += ["", *([part] if isinstance(part, str) else part)]
+    text = "\n".join(lines).rstrip()
     path.parent.mkdir(parents=True, exist_ok=True)
-    text = "\n".join(lines)
-    with whole_file(path) as part:
-        part.write_text(text.rstrip() + "\n")
+    with whole_file(path) as written:
+        written.write_text(text + "\n")
     report = {"file": str(path), "tables": tables_of(lines)} if report is None else report
-    console().report(report, f"{text.rstrip()}\n\nwrote {path}")
+    console().report(report, f"{text}\n\nwrote {path}")
+
+
+def write_chart(name: str, lines: list[Line], **texts) -> None:
+    """Write a chart with a name beside the page; ``texts`` are those of `line_figure`."""
+    write_figure(page_path().with_name(f"{name}.svg"), line_figure(lines, **texts))
+
+
+def _line(cells):
+    return "| " + " | ".join(map(str, cells)) + " |"
 
 
 def _cells(line):

@@ -7,23 +7,21 @@ extrapolated, and marked.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 import click
 import numpy as np
 
-from benchmarks.report import cell_text, output_option, provenance, table, write_report
+from benchmarks.report import benchmark, cell_text, provenance, table, write_chart, write_report
 from golden.engine.config import PRESETS, Config
-from radiosity.charts.chart import Line, line_figure, write_figure
+from radiosity.charts.chart import Line
 from radiosity.cli.console import console
-from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
 from radiosity.machines.engine.engine_machine import EngineMachine, EngineRun
 from radiosity.machines.engine.job_runs import JobSpec
 
 __all__ = ["divisions", "row_of", "strong_runs", "weak_run"]
 
-# Clusters of a group, at most.
-_LARGEST = 16
+# Clusters, those of a group at most, and hemispheres of strong scaling.
+_NODES, _LARGEST, _FRUSTA = (1, 4, 16, 64, 256, 1024), 16, 64
 _HEAD = ("clusters", "groups", "cycles", "load", "casts", "longest section", "dispatch", "port", "limit", "efficiency",
          "rays per cycle", "speedup")
 
@@ -39,9 +37,9 @@ def strong_runs(machine: EngineMachine, nodes: int, frusta: int) -> list[EngineR
     return sorted((machine.run(nodes, groups) for groups in divisions(nodes, frusta)), key=lambda run: run.cycles)
 
 
-def weak_run(spec: JobSpec, config: Config, nodes: int, **options) -> EngineRun:
+def weak_run(spec: JobSpec, config: Config, nodes: int) -> EngineRun:
     """A job of as many frusta as clusters."""
-    return EngineMachine(replace(spec, frusta=nodes), config, **options).run(nodes, nodes)
+    return EngineMachine(replace(spec, frusta=nodes), config).run(nodes, nodes)
 
 
 def row_of(run: EngineRun, first: EngineRun) -> list:
@@ -53,51 +51,37 @@ def row_of(run: EngineRun, first: EngineRun) -> list:
             f"{run.efficiency:.3f}", f"{run.rays / run.cycles:.3f}", f"{speedup:.2f}"]
 
 
-def _chart(path: Path, runs: list[EngineRun], title: str) -> None:
+def _chart(name: str, runs: list[EngineRun], title: str) -> None:
     nodes = np.array([run.nodes for run in runs])
     rates = np.array([run.rays / run.cycles for run in runs])
-    write_figure(path, line_figure(
-        [Line(name="simulated", x=nodes, y=rates),
-         Line(name="linear", x=np.array([0, nodes[-1]]), y=np.array([0, rates[0] / nodes[0] * nodes[-1]]))],
+    write_chart(
+        name, [Line(name="simulated", x=nodes, y=rates),
+               Line(name="linear", x=np.array([0, nodes[-1]]), y=np.array([0, rates[0] / nodes[0] * nodes[-1]]))],
         title=title, x_name="clusters (extrapolated above 16)", y_name="rays per cycle",
-        y_top=1.1 * float(rates.max())))
+        y_top=1.1 * float(rates.max()))
 
 
-@click.command()
+@benchmark("scaling")
 @click.argument("scene", default="lobby")
-@output_option("scaling")
-@click.option("--nodes", type=click.IntRange(1), multiple=True, default=(1, 4, 16, 64, 256, 1024), show_default=True,
-              help="Simulate this many clusters; may be repeated.")
-@click.option("--frusta", type=click.IntRange(1), default=64, show_default=True, help="Cast this many hemispheres for "
-              "strong scaling.")
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", show_default=True,
-              help="Set the number of rays of each hemisphere.")
-@METHOD_CELL
-@click.option("--casts", type=click.Path(file_okay=False, path_type=Path), help="Keep the casts in this folder.")
-@PRESET
-@ASSIGNMENTS
-def main(scene, output, nodes, frusta, rays, cell, casts, preset, assignments) -> None:
+def main(scene) -> None:
     """Simulate jobs in SCENE on machines of several sizes."""
-    config, counts = PRESETS[preset].with_parameters(assignments), sorted({*nodes})
-    options = {"folder": casts, "given": tuple(one.partition("=")[0] for one in assignments)}
-    spec = JobSpec(scene=scene, rays=rays, frusta=frusta, cell=cell)
-    machine, strong, weak = EngineMachine(spec, config, **options), [], []
-    for count in counts:
-        strong.append(strong_runs(machine, count, frusta))
-        console().note(f"{frusta} frusta, {count} clusters: {strong[-1][0].cycles} cycles")
-    for count in counts:
-        weak.append(weak_run(replace(spec, cell=strong[0][0].prepared.cell), config, count, **options))
+    config, spec = PRESETS["paper"], JobSpec(scene=scene, frusta=_FRUSTA)
+    machine, strong, weak = EngineMachine(spec, config), [], []
+    for count in _NODES:
+        strong.append(strong_runs(machine, count, _FRUSTA))
+        console().note(f"{_FRUSTA} frusta, {count} clusters: {strong[-1][0].cycles} cycles")
+    for count in _NODES:
+        weak.append(weak_run(replace(spec, cell=strong[0][0].prepared.cell), config, count))
         console().note(f"{count} frusta, {count} clusters: {weak[-1].cycles} cycles")
-    _chart(output.parent / f"scaling-{scene}-strong.svg", [runs[0] for runs in strong],
-           f"{scene}: {frusta} hemispheres of {rays[0]} x {rays[1]} rays")
-    _chart(output.parent / f"scaling-{scene}-weak.svg", weak,
-           f"{scene}: a hemisphere of {rays[0]} x {rays[1]} rays for each cluster")
-    write_report(output, [
-        "# Scaling of the engine, simulated", "",
-        f"{provenance('numpy')}; preset {' '.join((preset, *assignments))}, `{scene}`, hemispheres of {rays[0]} x "
-        f"{rays[1]} rays from points of the ceiling, {cell_text(cell)}, sums written, main memory 10 cycles away. "
-        "* extrapolated: hardware of so many clusters has not been simulated.", "",
-        f"{frusta} hemispheres, each number of clusters divided into groups, the fastest division first:", "",
-        *table(list(_HEAD), [row_of(run, strong[0][0]) for runs in strong for run in runs]), "",
-        "A hemisphere for each cluster:", "",
-        *table(list(_HEAD), [row_of(run, weak[0]) for run in weak])])
+    rays = f"{spec.rays[0]} x {spec.rays[1]} rays"
+    _chart(f"scaling-{scene}-strong", [runs[0] for runs in strong], f"{scene}: {_FRUSTA} hemispheres of {rays}")
+    _chart(f"scaling-{scene}-weak", weak, f"{scene}: a hemisphere of {rays} for each cluster")
+    write_report(
+        "Scaling of the engine, simulated",
+        f"{provenance('numpy')}; preset paper, `{scene}`, hemispheres of {rays} from points of the ceiling, "
+        f"{cell_text(None)}, sums written, main memory 10 cycles away. "
+        "* extrapolated: hardware of so many clusters has not been simulated.",
+        f"{_FRUSTA} hemispheres, each number of clusters divided into groups, the fastest division first:",
+        table(_HEAD, [row_of(run, strong[0][0]) for runs in strong for run in runs]),
+        "A hemisphere for each cluster:",
+        table(_HEAD, [row_of(run, weak[0]) for run in weak]))

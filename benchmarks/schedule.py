@@ -4,13 +4,10 @@
 writes out/bench/schedule.md: the thesis' tables 6.5 and 6.6, and the balance over 2 to 16 clusters.
 """
 
-from pathlib import Path
-
-import click
 import numpy as np
 
 from benchmarks.ceiling import CELL, HEMISPHERE, POINTS, SCENES, Ceiling
-from benchmarks.report import output_option, write_report
+from benchmarks.report import benchmark, table, write_report
 from golden.engine.config import PRESETS
 from golden.engine.schedule.low_density import low_density
 from golden.engine.schedule.usage import cumulative_frequency, effectiveness, usage_order
@@ -35,33 +32,25 @@ def sparse(ceiling: Ceiling, ratio: int):
     return low_density(ceiling.record(0), ceiling.geometry, ceiling.shelling.table, CONFIG, ratio=ratio)
 
 
-def usage(name: str, ceiling: Ceiling) -> list[str]:
-    """Table 6.5 or 6.6 of the thesis beside ours."""
-    lines = [f"### {name}, {len(ceiling.geometry)} patches", "",
-             "| ratio | | N' | " + " | ".join(f"CUF {point + 1}" for point in POINTS) + " |", "|---" * 7 + "|"]
-    dense = {point: ceiling.references(point) for point in POINTS}
-
-    def row(label, count, values):
-        lines.append(f"| {label} | {count} | " + " | ".join(f"{value:.3f}" for value in values) + " |")
-
+def usage(name: str, ceiling: Ceiling) -> list[list]:
+    """Rows of table 6.5 or 6.6 of the thesis, with ours behind them."""
+    dense, rows = [ceiling.references(point) for point in POINTS], []
     for ratio in RATIOS:
         found = sparse(ceiling, ratio)
         order = usage_order(found.frequency)
         count, theirs = THESIS[name][ratio]
-        row(f"{ratio} | thesis", count, theirs)
-        row(f"{ratio} | all found", len(found.patches),
-            [cumulative_frequency(dense[point], found.patches) for point in POINTS])
         kept = min(count, len(found.patches))
-        row(f"{ratio} | most used, the thesis' N'", kept,
-            [cumulative_frequency(dense[point], order[:kept]) for point in POINTS])
-        row(f"{ratio} | best of that size", kept,
-            [cumulative_frequency(dense[point], usage_order(dense[point])[:kept]) for point in POINTS])
-        row(f"{ratio} | E(k) there", kept,
-            [effectiveness(dense[point], found.frequency)[kept - 1] for point in POINTS])
-    return [*lines, ""]
+        for label, size, values in (
+                ("thesis", count, theirs),
+                ("all found", len(found.patches), [cumulative_frequency(one, found.patches) for one in dense]),
+                ("most used, the thesis' N'", kept, [cumulative_frequency(one, order[:kept]) for one in dense]),
+                ("best of that size", kept, [cumulative_frequency(one, usage_order(one)[:kept]) for one in dense]),
+                ("E(k) there", kept, [effectiveness(one, found.frequency)[kept - 1] for one in dense])):
+            rows.append([ratio, label, size, *(f"{value:.3f}" for value in values)])
+    return rows
 
 
-def balance(name: str, ceiling: Ceiling, factor: float | None) -> list[str]:
+def balance(name: str, ceiling: Ceiling, factor: float | None) -> list[list]:
     """Largest over mean: tests estimated and true, rays, cell steps, by clusters; and with equal sections."""
     rows = []
     for clusters in CLUSTERS:
@@ -71,9 +60,10 @@ def balance(name: str, ceiling: Ceiling, factor: float | None) -> list[str]:
             plan = ceiling.plan(clusters, ratio=ratio, ray_capacity=factor and int(factor * mean))
             tests, rays, steps = _tests(ceiling, plan)
             others = [_tests(ceiling, plan, point)[0] for point in POINTS]
-            rows.append(f"| {name} | {clusters} | {ratio} | {_over(plan.estimated):.2f} | {_over(tests):.2f} "
-                        f"| {np.mean([_over(other) for other in others]):.2f} | {_over(equal):.2f} | {_over(rays):.2f} "
-                        f"| {_over(steps):.2f} | {tests.max()} | {steps.max()} |")
+            rows.append([
+                name, clusters, ratio, f"{_over(plan.estimated):.2f}", f"{_over(tests):.2f}",
+                f"{np.mean([_over(other) for other in others]):.2f}", f"{_over(equal):.2f}", f"{_over(rays):.2f}",
+                f"{_over(steps):.2f}", tests.max(), steps.max()])
     return rows
 
 
@@ -86,27 +76,23 @@ def _over(values):
     return values.max() / values.mean()
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
-@output_option("schedule")
-def main(scenes: tuple[str, ...], output: Path) -> None:
+@benchmark("schedule", SCENES)
+def main(scenes: tuple[str, ...]) -> None:
     """Compare the scheduler with the thesis' tables; SCENES default to lobby, room1627, cubes, man and phone."""
-    ceilings = {name: Ceiling(name, CONFIG) for name in scenes or SCENES}
-    lines = ["# The host's scheduler", "",
-             f"{HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, 16 points on the ceiling numbered row by "
-             "row, reference point 1.", "", "## Cumulative usage frequency (thesis: tables 6.5 and 6.6)", ""]
+    ceilings, parts = {name: Ceiling(name, CONFIG) for name in scenes}, []
     for name, ceiling in ceilings.items():
         if name in THESIS:
-            lines += usage(name, ceiling)
-            console().note("\n".join(lines[-18:]))
+            parts += [f"### {name}, {len(ceiling.geometry)} patches",
+                      table(["ratio", "", "N'", *(f"CUF {point + 1}" for point in POINTS)], usage(name, ceiling))]
+            console().note(f"{name}: cumulative usage frequency")
     for factor, title in ((None, "any number of rays in a section"),
                           (CAPACITY, f"at most {CAPACITY} x mean rays in a section")):
-        lines += [f"## Balance, largest : mean, {title}", "",
-                  "| scene | clusters | ratio | tests, estimated | tests | tests, mean of points 4, 7, 10, 13 "
-                  "| tests, equal sections | rays | cell steps | most tests | most cell steps |", "|---" * 11 + "|"]
-        for name, ceiling in ceilings.items():
-            rows = balance(name, ceiling, factor)
-            lines += rows
-            console().note("\n".join(rows))
-        lines.append("")
-    write_report(output, lines)
+        parts += [f"## Balance, largest : mean, {title}", table(
+            ["scene", "clusters", "ratio", "tests, estimated", "tests", "tests, mean of points 4, 7, 10, 13",
+             "tests, equal sections", "rays", "cell steps", "most tests", "most cell steps"],
+            [row for name, ceiling in ceilings.items() for row in balance(name, ceiling, factor)])]
+        console().note(f"balance, {title}")
+    write_report(
+        "The host's scheduler",
+        f"{HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, 16 points on the ceiling numbered row by "
+        "row, reference point 1.", "## Cumulative usage frequency (thesis: tables 6.5 and 6.6)", *parts)

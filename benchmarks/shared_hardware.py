@@ -1,21 +1,17 @@
 """Cycles of machines that share a scene, of the hardware: docs/figures/istructure-cycles.csv."""
 
-import csv
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cache
 
 import numpy as np
 
-from benchmarks.shared_scene import Access, Placement, SharedScene, shared_config
+from benchmarks.recorded import read_rows
+from benchmarks.shared_scene import LATENCY, Access, Placement, SharedScene, shared_config
 from golden.engine.config import Config
-from radiosity.flow.synthesis.history import ROOT
 from radiosity.machines.engine.job_runs import job_machine
 
-__all__ = ["LATENCY", "RAYS", "SharedRow", "cast_rows", "recorded_rows", "simulated_rows"]
-
-_RECORDED = ROOT / "docs" / "figures" / "istructure-cycles.csv"
-RAYS, LATENCY = (256, 64), 50
+__all__ = ["SharedRow", "cast_rows", "recorded_rows", "simulated_rows"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,23 +44,20 @@ class SharedRow:
 
     def config(self) -> Config:
         """The machine's."""
-        return shared_config(self.clusters, RAYS).replace(
+        return shared_config(self.clusters).replace(
             {"memsys.store_patches": self.store, "memsys.store_requests": self.requests})
 
 
 def recorded_rows() -> tuple[SharedRow, ...]:
     """The casts of the hardware."""
-    with _RECORDED.open(newline="") as file:
-        return tuple(SharedRow(scene=row["scene"], clusters=int(row["clusters"]), sets=row["sets"],
-                               share=float(row["share"]), store=int(row["store"]), requests=int(row["requests"]),
-                               cycles=int(row["cycles"])) for row in csv.DictReader(file))
+    return read_rows("istructure-cycles", SharedRow)
 
 
-def simulated_rows(rows: Iterable[SharedRow], *, folder: Path | None = None) -> Iterator[tuple[SharedRow, float]]:
+def simulated_rows(rows: Iterable[SharedRow]) -> Iterator[tuple[SharedRow, float]]:
     """Each row with its simulated cycles."""
-    scenes = {}
+    made = cache(SharedScene)
     for row in rows:
-        scene = _scene(scenes, row, folder)
+        scene = made(row.scene)
         cast = scene.cast(row.clusters, row.home(scene), Access.DEFERRAL if row.store else Access.NETWORK,
                           frames=row.store, requests=row.requests)
         yield row, float(np.mean([one.cycles for one in cast.times]))
@@ -72,20 +65,14 @@ def simulated_rows(rows: Iterable[SharedRow], *, folder: Path | None = None) -> 
 
 def cast_rows(rows: Iterable[SharedRow]) -> Iterator[tuple[SharedRow, float]]:
     """Each row with the cycles of the hardware; rows of one machine after the other."""
-    scenes, machines = {}, {}
+    made, machines = cache(SharedScene), {}
     for row in rows:
         machines.setdefault((row.clusters, row.store, row.requests), []).append(row)
     for each in machines.values():
         with job_machine(each[0].config(), latency=LATENCY) as machine:
             for row in each:
-                scene = _scene(scenes, row, None)
+                scene = made(row.scene)
                 home = row.home(scene)
                 for step in 0, 1:
                     result = machine.run([scene.request(row.clusters, home, step)])
                 yield row, float(result.records["cycles"].mean())
-
-
-def _scene(scenes, row, folder):
-    if row.scene not in scenes:
-        scenes[row.scene] = SharedScene(row.scene, rays=RAYS, latency=LATENCY, folder=folder)
-    return scenes[row.scene]

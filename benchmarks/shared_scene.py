@@ -6,36 +6,33 @@ Each cluster casts a hemisphere of its own, from one point of the ceiling after 
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
+from benchmarks.ceiling import Ceiling
 from benchmarks.thesis_memory import in_turn
 from golden.cast.hemisphere import Hemisphere
 from golden.engine.config import PRESETS, Config
 from golden.engine.ctu.sector import Sector
-from golden.engine.frustum import hemisphere_record
 from golden.engine.jobs.job import PhaseRequest
-from golden.engine.noc.routing import route
-from golden.engine.noc.topology import Topology
-from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.engine.schedule.ceiling_points import ceiling_points
 from golden.engine.schedule.cell_choice import choose_cell
 from golden.engine.schedule.job_shelling import job_shelling
 from golden.engine.schedule.phase import schedule
 from golden.engine.schedule.resident_sets import ResidentSets, spread_sets
-from golden.scene.open import open_scene
 from radiosity.flow.simulator.simulation_config import simulation_config
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_cast import KEPT, NO_CLUSTER
 from radiosity.machines.engine.cluster_latencies import cluster_timing
 from radiosity.machines.engine.found_ahead import found_ahead
-from radiosity.machines.engine.job_latencies import bus_timing, joint_timing, store_timing
+from radiosity.machines.engine.job_latencies import bus_timing, joint_options, joint_timing, store_timing
 from radiosity.machines.engine.joint_cast import JointCast, joint_cast
 from radiosity.machines.engine.store_path import store_after
 
-__all__ = ["Access", "Outcome", "Placement", "SharedScene", "shared_config"]
+__all__ = ["LATENCY", "Access", "Outcome", "Placement", "SharedScene", "shared_config"]
 
+# Cycles of main memory.
+LATENCY = 50
+_RAYS = (256, 64)
 # The ceiling's points, of which the sparse casting is from the first one; rays for each of its own; and frusta that the
 # cell size is chosen from.
 _POINTS, _RATIO, _PREDICTED = 16, 16, 4
@@ -97,7 +94,7 @@ class Outcome:
     flits: float
 
 
-def shared_config(clusters: int, rays: tuple[int, int]) -> Config:
+def shared_config(clusters: int, rays: tuple[int, int] = _RAYS) -> Config:
     """The machine: preset ``paper`` with so many clusters in a mesh, and cells as for 4096 patches in each of them."""
     return simulation_config(PRESETS["paper"].replace({"memsys.own_patches": 4096}), clusters=clusters, topology="mesh",
                              rays=rays[0] * rays[1])
@@ -114,10 +111,6 @@ class SharedScene:
         Azimuths and polar angles of each hemisphere.
     cell
         Size of the cells. Default: chosen for the frusta.
-    latency
-        Cycles of main memory.
-    folder
-        Casts are kept there. Default: in memory alone.
 
     Members
     -------
@@ -127,22 +120,19 @@ class SharedScene:
         Patches that a patch store keeps: about an eighth.
     """
 
-    def __init__(self, name: str, *, rays: tuple[int, int], cell: float | None = None, latency: int,
-                 folder: Path | None = None):
-        scene, config, hemisphere = open_scene(name), shared_config(1, rays), Hemisphere(*rays)
-        points, down = ceiling_points(scene, _POINTS)
-        geometry = PatchGeometry.of(scene, config.numbers, points)
-        self._records = [hemisphere_record(hemisphere, geometry.coordinates, point, down) for point in points]
+    def __init__(self, name: str, *, rays: tuple[int, int] = _RAYS, cell: float | None = None):
+        config = shared_config(1, rays)
+        ceiling = Ceiling(name, config, hemisphere=Hemisphere(*rays))
+        geometry, self._records = ceiling.geometry, [ceiling.record(point) for point in range(_POINTS)]
         self.cell = cell or choose_cell(self._records[::_POINTS // _PREDICTED], geometry, config).cell
         self._shelling = job_shelling(geometry, config, cell=self.cell, by_code=True)
         self.patches, self.frames = len(geometry), 1 << max(1, round(np.log2(len(geometry) / _STORED)))
-        self._rays, self._latency, self._folder = rays, latency, folder
-        self._store = cache(self._casts)
+        self._rays, self._store = rays, cache(self._casts)
 
     def _casts(self, pipelines):
         """Casts of clusters with so many traversal pipelines."""
         config = shared_config(1, self._rays).replace({"ctu.pipelines": pipelines})
-        return CastStore(self._shelling, config, cluster_timing(config), folder=self._folder)
+        return CastStore(self._shelling, config, cluster_timing(config))
 
     def _trace(self, clusters, point, others, ahead):
         """The cast of a frustum by one cluster alone, which does not hold some patches."""
@@ -196,7 +186,7 @@ class SharedScene:
         config, every = shared_config(clusters, self._rays), np.arange(clusters)
         if access is Access.MEMORY:
             home = np.where(home == every[:, None], home, -1)
-        timing, joint, bus = cluster_timing(config), joint_timing(config), bus_timing(config, latency=self._latency)
+        timing, joint, bus = cluster_timing(config), joint_timing(config), bus_timing(config, latency=LATENCY)
         store = None
         if access.has_store:
             store = store_timing(config)
@@ -210,19 +200,15 @@ class SharedScene:
             made = [store_after(frames or self.frames, patches) for patches in fetched]
             fetched = [each for _, each in made]
             stores = {"stores": [kept for kept, _ in made], "in_order": access is Access.BLOCKING, "store": store}
-        noc = config.noc
         kept = in_turn([each[home[number, each] < 0] for number, each in enumerate(fetched)])
-        return joint_cast(
-            traces, home, timing, joint,
-            routing=route(_topology(config), noc.virtual_channels), buffer_flits=noc.buffer_flits,
-            arbitration=noc.arbitration, router_cycles=noc.router_cycles, slots=config.icu.slots,
-            run_ahead=config.ctu.run_ahead, bus=bus, memsys=config.memsys,
-            kept=[patch for _, patch in kept], **stores)
+        return joint_cast(traces, home, timing, joint, bus=bus, kept=[patch for _, patch in kept], **stores,
+                          **joint_options(config))
 
     def outcome(self, clusters: int, home: np.ndarray, access: Access, *, frames: int | None = None) -> Outcome:
         """The means of such a cast."""
         cast, config = self.cast(clusters, home, access, frames=frames), shared_config(clusters, self._rays)
-        timing, hops, owners = joint_timing(config), _topology(config).hops, np.concatenate(cast.owner)
+        timing, owners = joint_timing(config), np.concatenate(cast.owner)
+        hops = joint_options(config)["routing"].topology.hops
         on_bus = np.count_nonzero(owners == NO_CLUSTER)
         # Each router on its way sends a packet, the last one to its node.
         routers = sum((hops[number, owner[owner >= 0]] + 1).sum() for number, owner in enumerate(cast.owner))
@@ -232,8 +218,3 @@ class SharedScene:
             "hits": on_bus - cast.reads, "misses": cast.reads, "deferred": cast.deferred.sum(),
             "flits": (timing.request_flits + timing.reply_flits) * routers}
         return Outcome(**{name: float(count / clusters) for name, count in counts.items()})
-
-
-def _topology(config):
-    """That of the network; of one cluster it carries nothing."""
-    return Topology("mesh", 2, 1) if config.noc.nodes == 1 else config.noc.network()

@@ -4,13 +4,10 @@
 sectors by number of clusters.
 """
 
-from pathlib import Path
-
-import click
 import numpy as np
 
 from benchmarks.ceiling import CELL, HEMISPHERE, POINTS, RATIO, SCENES, Ceiling
-from benchmarks.report import output_option, provenance, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from golden.engine.cast.shelling import ShellingCounts
 from golden.engine.config import Config
 from radiosity.cli.console import console
@@ -21,7 +18,7 @@ THESIS_TESTS = {"lobby": 2.6, "room1627": 4.1}
 CLUSTERS = (1, 2, 4, 8, 16)
 
 
-def work(name: str, ceiling: Ceiling) -> str:
+def work(name: str, ceiling: Ceiling) -> list:
     """Counts per ray, mean over all points."""
     total, shells = ShellingCounts(), []
     for point in range(len(ceiling.points)):
@@ -31,13 +28,13 @@ def work(name: str, ceiling: Ceiling) -> str:
         total += counts
         shells.append(counts.shells)
     rays, points = total.rays, len(ceiling.points)
-    most = f"{MOST_TESTS[name]}" if name in MOST_TESTS else "-"
-    return (f"| {name} | {len(ceiling.scene)} | {total.tests / rays:.2f} | {most} | {THESIS_TESTS.get(name, '-')} "
-            f"| {total.in_windows / rays:.2f} | {total.cell_steps / rays:.2f} | {total.grid_rays / rays:.2f} "
-            f"| {total.cells / points:.0f} | {total.patches / points:.0f} | {total.edrc:.1f} | {np.mean(shells):.1f} |")
+    return [name, len(ceiling.scene), f"{total.tests / rays:.2f}", MOST_TESTS.get(name, "-"),
+            THESIS_TESTS.get(name, "-"), f"{total.in_windows / rays:.2f}", f"{total.cell_steps / rays:.2f}",
+            f"{total.grid_rays / rays:.2f}", f"{total.cells / points:.0f}", f"{total.patches / points:.0f}",
+            f"{total.edrc:.1f}", f"{np.mean(shells):.1f}"]
 
 
-def sectors(name: str, ceiling: Ceiling) -> list[str]:
+def sectors(name: str, ceiling: Ceiling) -> list[list]:
     """What a frustum costs when its sections are cast each by itself."""
     rows = []
     for clusters in CLUSTERS:
@@ -49,31 +46,29 @@ def sectors(name: str, ceiling: Ceiling) -> list[str]:
         fetched = np.mean([sum(cluster.patches for cluster in frustum) for frustum in counts])
         worst = [f"{np.mean([max(getattr(cluster, field) for cluster in frustum) for frustum in counts]):.0f}"
                  for field in ("cell_steps", "tests")]
-        rows.append(f"| {name} | {clusters} | {' | '.join(means)} | {fetched:.0f} | {' | '.join(worst)} |")
+        rows.append([name, clusters, *means, f"{fetched:.0f}", *worst])
     return rows
 
 
-@click.command()
-@output_option("shelling")
-def main(output: Path) -> None:
+@benchmark("shelling")
+def main() -> None:
     """Count the work of shelling."""
-    ceilings = {name: Ceiling(name, CONFIG) for name in SCENES}
-    works = [work(name, ceiling) for name, ceiling in ceilings.items()]
-    costs = [row for name, ceiling in ceilings.items() for row in sectors(name, ceiling)]
-    lines = [
-        "# Shelling", "", provenance("numpy") + ".", "",
-        "## Work", "",
+    works, costs = [], []
+    for name in SCENES:
+        ceiling = Ceiling(name, CONFIG)
+        works.append(work(name, ceiling))
+        costs += sectors(name, ceiling)
+        console().note(" ".join(map(str, works[-1])))
+    write_report(
+        "Shelling", provenance("numpy") + ".",
+        "## Work",
         f"Cell {CELL}, hemispheres of {HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, mean over 16 points of the "
         f"ceiling. Tests per ray at most as given; cell steps per ray at most {MOST_STEPS}; "
-        "cells, patches and shells per frustum.", "",
-        "| scene | patches | tests/ray k | at most | thesis | in windows/ray | cell steps/ray | grid rays/ray | cells "
-        "| patches found | EDRC | shells |", "|---" * 12 + "|", *works, "",
-        "## Sectors", "",
+        "cells, patches and shells per frustum.",
+        table(["scene", "patches", "tests/ray k", "at most", "thesis", "in windows/ray", "cell steps/ray",
+               "grid rays/ray", "cells", "patches found", "EDRC", "shells"], works),
+        "## Sectors",
         f"The same hemispheres from points 4, 7, 10 and 13, cut in sections by a sparse casting from point 1 (ratio "
-        f"{RATIO}); each cluster casts its own. Patches fetched: by all clusters. Worst: of the busiest cluster.", "",
-        "| scene | clusters | cell steps/ray | grid rays/ray | tests/ray | patches fetched | worst steps "
-        "| worst tests |",
-        "|---" * 8 + "|", *costs, "",
-    ]
-    console().note("\n".join(works + costs))
-    write_report(output, lines)
+        f"{RATIO}); each cluster casts its own. Patches fetched: by all clusters. Worst: of the busiest cluster.",
+        table(["scene", "clusters", "cell steps/ray", "grid rays/ray", "tests/ray", "patches fetched", "worst steps",
+               "worst tests"], costs))

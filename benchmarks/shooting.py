@@ -5,13 +5,11 @@ Patches shoot through a hemisphere from their middles, lamps too. The final radi
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
-import click
 import numpy as np
 from scipy import sparse
 
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from golden.cast.shared_caster import default_method
 from golden.engine.cast.methods import frustum_caster
 from golden.light.form_factors import PatchRows
@@ -86,10 +84,8 @@ def _measured() -> Iterator[list]:
         console().note(f"{name}: {found.cast} of {found.rows} rows")
 
 
-@click.command()
-@output_option("shooting")
-def main(output: Path) -> None:
+@benchmark("shooting")
+def main() -> None:
     """Count the rows that shooting on demand casts until radiosities are within 1 % of their final values."""
     head = ["scene", "rows", "cast", "share", "plain shots", f"shots of {SHOOTERS}", "ratio"]
-    write_report(output, ["# Shooting on demand", "", provenance("numpy", "scipy"), "",
-                          *table(head, list(_measured()))])
+    write_report("Shooting on demand", provenance("numpy", "scipy"), table(head, list(_measured())))

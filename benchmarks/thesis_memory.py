@@ -8,11 +8,11 @@ out/bench/thesis_memory.md. Nothing is set for a scene.
 from collections.abc import Sequence
 from itertools import chain, zip_longest
 
-import click
 import numpy as np
 
 from benchmarks.ceiling import CELL, HEMISPHERE, RATIO, SCENES, Ceiling
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.grades import BAND, grade_of
+from benchmarks.report import benchmark, provenance, table, write_report
 from golden.engine.config import PRESETS
 from golden.engine.memsys.bus.cache import Cache
 from golden.engine.memsys.bus.cache_policy import CachePolicy
@@ -21,8 +21,8 @@ from radiosity.cli.console import console
 __all__ = ["by_memory", "grade_growth", "grade_share", "in_turn"]
 
 _CLUSTERS, _POINTS = (1, 2, 4, 8), (0, 1)
-# Of a number that stays the same, and of the share that is most of all.
-_BAND, _MOST = 0.15, 0.5
+# Of the share that is most of all.
+_MOST = 0.5
 _MEMORIES = "own", "clusters", "cache", "main memory"
 
 
@@ -60,14 +60,12 @@ def by_memory(strings: Sequence[Sequence[int]], home: np.ndarray, cache: Cache) 
 
 def grade_growth(many: int, few: int) -> str:
     """What has become of a number that is the same for few and for many clusters in the thesis."""
-    return "reproduced" if abs(many - few) <= _BAND * few else "not reproduced"
+    return grade_of(abs(many - few) <= BAND * few)
 
 
 def grade_share(share: float, before: float) -> str:
     """What has become of the cache's share of the requests for patches that no cluster holds: most; or it grows."""
-    if share > _MOST:
-        return "reproduced"
-    return "same shape" if share > before else "not reproduced"
+    return grade_of(share > _MOST, share > before)
 
 
 def _counts(ceiling, clusters, lines):
@@ -88,13 +86,11 @@ def _share(counts):
     return hits / max(1, hits + misses)
 
 
-@click.command()
-@click.argument("scenes", nargs=-1, type=click.Choice(SCENES), metavar="[SCENES]...")
-@output_option("thesis_memory")
-def main(scenes, output) -> None:
+@benchmark("thesis_memory", SCENES, only=True)
+def main(scenes) -> None:
     """Count patch requests by memory; SCENES default to lobby, room1627, cubes, man and phone."""
     rows, grades, lines = [], [], PRESETS["thesis"].memsys.patch_lines
-    for scene in dict.fromkeys(scenes or SCENES):
+    for scene in dict.fromkeys(scenes):
         ceiling, found = Ceiling(scene, PRESETS["thesis"]), {}
         for clusters in _CLUSTERS:
             found[clusters] = _counts(ceiling, clusters, lines)
@@ -106,12 +102,12 @@ def main(scenes, output) -> None:
         grades.append([f"`{scene}`", f"{many / max(1, few):.2f}", grade_growth(many, few), f"{before:.2f}",
                        f"{share:.2f}", grade_share(share, before),
                        f"{_share(_counts(ceiling, _CLUSTERS[-1], whole)[1]):.2f}"])
-    write_report(output, [
-        "# Patch requests by memory", "",
+    write_report(
+        "Patch requests by memory",
         f"{provenance('numpy')}; preset thesis, {HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, "
         f"sections and resident sets by a sparse casting of one ray of {RATIO} from point 1, a cache of {lines} "
-        "patches that is empty before point 1.", "",
-        *table(["scene", "clusters", *(f"{memory}, point {point + 1}" for point in _POINTS for memory in _MEMORIES)],
-               rows), "",
-        *table(["scene", "main memory, point 1, 8 : 1", "grade", "share of the cache, point 1", "point 2", "grade",
-                "point 2, all patches cached"], grades)])
+        "patches that is empty before point 1.",
+        table(["scene", "clusters", *(f"{memory}, point {point + 1}" for point in _POINTS for memory in _MEMORIES)],
+              rows),
+        table(["scene", "main memory, point 1, 8 : 1", "grade", "share of the cache, point 1", "point 2", "grade",
+               "point 2, all patches cached"], grades))

@@ -8,14 +8,14 @@ grade. Nothing is set for a scene.
 
 from itertools import chain
 
-import click
 import numpy as np
 
+from benchmarks.grades import grade
 from benchmarks.machine_cuts import cut_config, prepare_cut, simulate_cut, thesis_config
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.report import benchmark, provenance, table, write_report
 from radiosity.cli.console import console
 
-__all__ = ["EDRC", "RATIOS", "THESIS", "grade", "ratios_of", "spread_of"]
+__all__ = ["EDRC", "RATIOS", "THESIS", "ratios_of", "spread_of"]
 
 # Times by scene, clusters and network.
 THESIS = {
@@ -40,8 +40,6 @@ RATIOS = {
 _CELL, _NETWORKS = 0.5, ("illiac", "torus", "hypercube", "ring")
 # Machines: a configuration, and the cycles in which a memory has a patch read.
 _MACHINES = {"ours": (cut_config, None), "ours, local request 10": (cut_config, 10), "the thesis'": (thesis_config, 10)}
-# Of a ratio that is reproduced, and of two times that are the same.
-_BAND, _SAME = 0.15, 0.02
 
 
 def ratios_of(times: dict, scene: str) -> dict[str, float]:
@@ -55,14 +53,6 @@ def spread_of(edrc: dict, scene: str) -> dict[str, float]:
     few, many = np.asarray(edrc[scene, 8]), np.asarray(edrc[scene, 16])
     return {"mean, 8 : 16": few.mean() / many.mean(), "most : least, 8": few.max() / few.min(),
             "most : least, 16": many.max() / many.min()}
-
-
-def grade(simulated: float, thesis: float) -> str:
-    """What has become of a ratio: within 15 % and on the thesis' side of 1, if it is on one; on its side; or not."""
-    side, expected = (0 if abs(ratio - 1) <= _SAME else 1 if ratio > 1 else -1 for ratio in (simulated, thesis))
-    if abs(simulated / thesis - 1) <= _BAND and (side == expected or expected == 0):
-        return "reproduced"
-    return "same shape" if side == expected else "not reproduced"
 
 
 def _simulated(scenes):
@@ -80,12 +70,10 @@ def _simulated(scenes):
     return found, edrc
 
 
-@click.command()
-@click.argument("scenes", nargs=-1, type=click.Choice(_SCENES), metavar="[SCENES]...")
-@output_option("thesis_networks")
-def main(scenes, output) -> None:
+@benchmark("thesis_networks", _SCENES, only=True)
+def main(scenes) -> None:
     """Simulate the thesis' networks; SCENES default to lobby and room1627."""
-    scenes = tuple(dict.fromkeys(scenes or _SCENES))
+    scenes = tuple(dict.fromkeys(scenes))
     found, edrc = _simulated(scenes)
     cycles = [[f"`{scene}`", clusters, name, *(f"{each[one]:,}" if one in each else "" for one in _NETWORKS)]
               for name, times in found.items() for (scene, clusters), each in times.items()]
@@ -103,15 +91,14 @@ def main(scenes, output) -> None:
         thesis, simulated = spread_of(EDRC, scene), spread_of(edrc, scene)
         spreads += [[f"`{scene}`", ratio, f"{expected:.2f}", f"{simulated[ratio]:.2f}",
                      grade(simulated[ratio], expected)] for ratio, expected in thesis.items()]
-    write_report(output, [
-        "# The thesis' networks, simulated", "",
+    write_report(
+        "The thesis' networks, simulated",
         f"{provenance('numpy')}; ours: preset paper without a patch store, 1024 patches in each cluster; the thesis': "
         f"preset thesis; 256 x 64 rays from point 5 of the ceiling, cell {_CELL:g}, sections and resident sets by a "
-        "sparse casting from point 0.", "",
-        *table(["scene", "clusters", "machine", "Illiac", "torus", "hypercube", "ring"], cycles), "",
-        *table(["scene", "ratio of times", "thesis", *chain.from_iterable((name, "grade") for name in _MACHINES)],
-               rows), "",
-        "Tests per patch (EDRC) of each cluster:", "",
-        *table(["scene", "clusters", *(f"{one}, {of}" for of in ("thesis", "simulated") for one in (
-            "least", "mean", "most"))], coherence), "",
-        *table(["scene", "ratio of tests per patch", "thesis", "simulated", "grade"], spreads)])
+        "sparse casting from point 0.",
+        table(["scene", "clusters", "machine", "Illiac", "torus", "hypercube", "ring"], cycles),
+        table(["scene", "ratio of times", "thesis", *chain.from_iterable((name, "grade") for name in _MACHINES)], rows),
+        "Tests per patch (EDRC) of each cluster:",
+        table(["scene", "clusters", *(f"{one}, {of}" for of in ("thesis", "simulated") for one in (
+            "least", "mean", "most"))], coherence),
+        table(["scene", "ratio of tests per patch", "thesis", "simulated", "grade"], spreads))

@@ -16,16 +16,14 @@ import numpy as np
 
 from benchmarks.bare_embree import LANES, BareEmbree
 from benchmarks.casting import REPEATS, binding, rate, shortest
-from benchmarks.engine import SCENES, measure, prepare_cast
-from benchmarks.report import cell_text, output_option, provenance, table, write_report
+from benchmarks.engine import LATENCY, RAYS, SCENES, machine_config, measure, prepare_cast
+from benchmarks.report import benchmark, cell_text, provenance, table, write_report
 from golden.base.processors import processors
 from golden.base.spread import in_threads, spans
 from golden.cast.rays import Rays
 from golden.engine.cast.shelling import Shelling
-from golden.engine.config import PRESETS
 from radiosity.cli.console import console
-from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, WholePair
-from radiosity.flow.simulator.simulation_config import simulation_config
+from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET
 from radiosity.flow.synthesis.history import MACHINE, Record, last_records, machine_parameters, read_history
 from radiosity.machines.engine.job_runs import PreparedJob, job_machine
 
@@ -119,30 +117,23 @@ def rays_of(prepared: PreparedJob) -> Rays:
     return Rays(np.broadcast_to(origin, directions.shape), directions)
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
-@output_option("throughput")
+@benchmark("throughput", SCENES)
 @METHOD_CELL
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of the "
-              "hemisphere.")
-@click.option("--latency", type=click.IntRange(1), default=10, help="Set the latency of main memory in cycles.")
+@RAYS
 @click.option("--mhz", type=click.FloatRange(0, min_open=True), help="Set the clock of the machine in MHz.  [default: "
               "that of docs/figures/history.csv, if it has the whole machine]")
 @click.option("--source", default="given", show_default=True, help="With --mhz, state what it is the clock of.")
-@click.option("--luts", type=click.IntRange(1), help="Set the LUTs.  [default: those of docs/figures/history.csv, if "
-              "it has them]")
 @PRESET
 @ASSIGNMENTS
-def main(scenes, output, cell, rays, latency, mhz, source, luts, preset, assignments) -> None:
+def main(scenes, cell, rays, mhz, source, preset, assignments) -> None:
     """Compare one cluster with Embree; SCENES default to cornell, lobby, room1627, tetra and man."""
-    config = simulation_config(PRESETS[preset].with_parameters(assignments), clusters=1, topology="mesh",
-                               given=tuple(one.partition("=")[0] for one in assignments), rays=rays[0] * rays[1])
+    config = machine_config(preset, assignments, rays)
     rows, known = [], list(recorded(preset, assignments))
-    luts = luts or (known[0].lut if known else None)
+    luts = known[0].lut if known else None
     if mhz is None and known and known[0].block != "cluster" and known[0].mhz:
         mhz, source = median(known[0].mhz), clock_text(known[0])
-    with job_machine(config, latency=latency) as machine:
-        for scene in scenes or SCENES:
+    with job_machine(config, latency=LATENCY) as machine:
+        for scene in scenes:
             prepared = prepare_cast(config, scene, cell=cell, rays=rays)
             found = measure(machine, prepared)
             request = prepared.request
@@ -150,16 +141,16 @@ def main(scenes, output, cell, rays, latency, mhz, source, luts, preset, assignm
             rows.append(row_of(scene, found, mhz=mhz, luts=luts, embree=embree_rates(prepared, hits.patch)))
             console().note(" ".join(rows[-1]))
     clock = f"at {mhz:g} MHz ({source})" if mhz else "not known: no machine of these parameters is recorded as routed"
-    write_report(output, [
-        "# Throughput of one cluster", "",
+    write_report(
+        "Throughput of one cluster",
         f"{provenance('amaranth', 'embreex')}; preset {' '.join((preset, *assignments))}, {rays[0]} x "
-        f"{rays[1]} rays of a hemisphere at the ceiling, {cell_text(cell)}, main memory {latency} cycles away, no "
-        "subshells. Hits and sums are golden's.", "",
+        f"{rays[1]} rays of a hemisphere at the ceiling, {cell_text(cell)}, main memory {LATENCY} cycles away, no "
+        "subshells. Hits and sums are golden's.",
         "Cycles: from the start to the last write to the ray memory, warm; tables are read before it, hits and sums "
         f"are written behind it, beside the next cast. Rays per second: {clock}. LUTs: {luts or 'not known'}. Embree: "
         f"the same rays in the same run, the first patch only; its own interface, {LANES} rays in a call, on one core "
         f"in processor time and on all {processors()} in real time; the binding embreex on one core; best of {REPEATS} "
-        "runs or more. Same: of so many percent of the rays it has the same patch. Watts of neither are known.", "",
-        *table(["scene", "patches", "rays", "tests", "cycles", "tests per cycle", "rays per cycle",
-                "rays per cycle and 10^6 LUT", "M rays/s", "rays/s per LUT", "Embree M rays/s, one core", "all cores",
-                "binding", "same %"], rows)])
+        "runs or more. Same: of so many percent of the rays it has the same patch. Watts of neither are known.",
+        table(["scene", "patches", "rays", "tests", "cycles", "tests per cycle", "rays per cycle",
+               "rays per cycle and 10^6 LUT", "M rays/s", "rays/s per LUT", "Embree M rays/s, one core", "all cores",
+               "binding", "same %"], rows))

@@ -7,11 +7,10 @@ beside the source's figures, the percentile at which each lies, and a grade. Not
 from dataclasses import replace
 from functools import cache
 
-import click
 import numpy as np
 
-from benchmarks.report import output_option, provenance, table, write_report
-from benchmarks.thesis_networks import grade
+from benchmarks.grades import BAND, grade, grade_of
+from benchmarks.report import benchmark, provenance, table, write_report
 from radiosity.cli.console import console
 from radiosity.machines.torus.columns import Tally
 from radiosity.machines.torus.ray_timing import RayTiming
@@ -46,9 +45,7 @@ def percentile(values: list[float], source: float) -> str:
 
 def grade_count(simulated: float, source: float, *, slack: float = 0) -> str:
     """What has become of a figure: within 15 % or a slack, within a factor of two, or neither."""
-    if abs(simulated - source) <= max(0.15 * source, slack):
-        return "reproduced"
-    return "same shape" if 0.5 <= simulated / source <= 2 else "not reproduced"
+    return grade_of(abs(simulated - source) <= max(BAND * source, slack), 0.5 <= simulated / source <= 2)
 
 
 @cache
@@ -137,22 +134,21 @@ def _growth_rows() -> list[list]:
     return rows
 
 
-@click.command()
-@output_option("torus")
-def main(output) -> None:
+@benchmark("torus")
+def main() -> None:
     """Simulate tables 4-2, 5-1, 5-2, 5-5 and 5-6 of Pearce's thesis."""
     (speedups, loads), growths, optima = _speedup_rows(), _growth_rows(), _optimum_rows()
-    write_report(output, [
-        "# Rays that travel on a torus, simulated", "",
+    write_report(
+        "Rays that travel on a torus, simulated",
         f"{provenance('numpy')}; medians of {_SEEDS} seeds; {_SIZE[0]} x {_SIZE[1]} pixels for growth, "
         f"{_SPEEDUP_SIZE[0]} x {_SPEEDUP_SIZE[1]} for speedups, {_SWEEP_SIZE[0]} x {_SWEEP_SIZE[1]} for best v; "
-        "profile 1987; percentiles are shares of the seeds below the source's figure.", "",
-        *table(["scene", "best v", "simulated v", "percentile", "grade", "tests of a ray", "simulated tests",
-                "percentile", "grade", "speedup over one voxel"], optima), "",
-        *table(["scene", "nodes", "speedup", "simulated", "percentile", "grade",
-                f"calls of {_WORKSTATION_CALL} us", "percentile", "grade"], speedups), "",
-        *table(["scene", "nodes", "% of rays of the busiest node", "simulated", "percentile", "grade",
-                "busiest : least busy", "simulated ratio", "percentile", "grade"], loads), "",
-        *table(["growth by", "growth", "speedup", "simulated", "percentile", "grade", "rays passed",
-                "simulated rays", "percentile", "grade", "of 2 %", "simulated share", "percentile", "grade",
-                "rows given at most"], growths)])
+        "profile 1987; percentiles are shares of the seeds below the source's figure.",
+        table(["scene", "best v", "simulated v", "percentile", "grade", "tests of a ray", "simulated tests",
+               "percentile", "grade", "speedup over one voxel"], optima),
+        table(["scene", "nodes", "speedup", "simulated", "percentile", "grade",
+               f"calls of {_WORKSTATION_CALL} us", "percentile", "grade"], speedups),
+        table(["scene", "nodes", "% of rays of the busiest node", "simulated", "percentile", "grade",
+               "busiest : least busy", "simulated ratio", "percentile", "grade"], loads),
+        table(["growth by", "growth", "speedup", "simulated", "percentile", "grade", "rays passed",
+               "simulated rays", "percentile", "grade", "of 2 %", "simulated share", "percentile", "grade",
+               "rows given at most"], growths))

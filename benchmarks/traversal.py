@@ -7,13 +7,12 @@ traversal beside the busiest cluster's intersection, and stages that overlap bes
 from collections import Counter
 from dataclasses import dataclass
 from itertools import groupby
-from pathlib import Path
 
-import click
 import numpy as np
 
 from benchmarks.ceiling import CELL, HEMISPHERE, POINTS, RATIO, SCENES, Ceiling
-from benchmarks.report import output_option, provenance, write_report
+from benchmarks.grades import signed
+from benchmarks.report import benchmark, provenance, table, write_report
 from golden.engine.cast.shelling import ShellingCounts
 from golden.engine.config import Config
 from golden.engine.ctu.sector import Sector, sector_rays, subshell_rays
@@ -51,7 +50,7 @@ def patch_cycles(work: ShellingCounts) -> int:
     return max(work.walk_cycles, 4 * work.patches)
 
 
-def balance(name: str, ceiling: Ceiling) -> list[str]:
+def balance(name: str, ceiling: Ceiling) -> list[list]:
     """The busiest cell traversal beside the busiest intersection, with single and with four look-ups, by clusters."""
     cells = []
     for clusters in CLUSTERS:
@@ -65,7 +64,7 @@ def balance(name: str, ceiling: Ceiling) -> list[str]:
         icu = worst(patch_cycles)
         cells.append(", ".join(_ratio(worst(lambda one, rates=rates, lanes=pipelines: rates.cycles(one, lanes)), icu)
                                for rates in (SLOW, FAST)))
-    return [f"| {name} | {' | '.join(cells)} |"]
+    return [[name, *cells]]
 
 
 def _ratio(cycles, against):
@@ -147,7 +146,7 @@ def _overlap(spans) -> int:
     return total
 
 
-def overlap(name: str, ceiling: Ceiling) -> list[str]:
+def overlap(name: str, ceiling: Ceiling) -> list[list]:
     """Shells that overlap beside a barrier after each."""
     rows = []
     for clusters in 1, 8:
@@ -162,14 +161,13 @@ def overlap(name: str, ceiling: Ceiling) -> list[str]:
                 results.append((max(took), timed.overlap // clusters, timed.memory.inverse))
             if any((inverse != results[0][2]).any() for _, _, inverse in results):
                 raise SystemExit(f"error: {name}: the order changes the hits")
-            cycles = [str(cycles) for cycles, _, _ in results] + ["-"] * (len(WAYS) - len(policies))
+            cycles = [cycles for cycles, _, _ in results] + ["-"] * (len(WAYS) - len(policies))
             best = min(results, key=lambda result: result[0])
-            rows.append(f"| {name} | {clusters} | {listed} | {' | '.join(cycles)} "
-                        f"| {results[0][0] / best[0]:.2f} | {best[1]} |")
+            rows.append([name, clusters, listed, *cycles, f"{results[0][0] / best[0]:.2f}", best[1]])
     return rows
 
 
-def slots(name: str, ceiling: Ceiling) -> list[str]:
+def slots(name: str, ceiling: Ceiling) -> list[list]:
     """Grid rays sent with few slots in the ray memory, of those sent with one for each of them."""
     record, plan = ceiling.record(POINTS[0]), ceiling.plan(1)
     sector, memory = plan.partition.sections[0], RayMemory(len(record), CONFIG)
@@ -199,41 +197,37 @@ def slots(name: str, ceiling: Ceiling) -> list[str]:
                 slot[other % count] = other
         tests.run(stage, sector, ShellingCounts())
     *few, every = sent.values()
-    return [f"| {name} | {first[-1]} | {every} | {' | '.join(f'{100 * (more / every - 1):+.0f} %' for more in few)} |"]
+    return [[name, first[-1], every, *(signed(more / every - 1, 0) for more in few)]]
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
-@output_option("traversal")
-def main(scenes: tuple[str, ...], output: Path) -> None:
+@benchmark("traversal", SCENES)
+def main(scenes: tuple[str, ...]) -> None:
     """Compare cell traversal with intersection, cycle by cycle; SCENES default to the thesis' five."""
-    ceilings = {name: Ceiling(name, CONFIG, by_code=True) for name in scenes or SCENES}
-    tables = []
+    ceilings, tables = {name: Ceiling(name, CONFIG, by_code=True) for name in scenes}, []
     for measure in slots, balance, overlap:
         tables.append([row for name, ceiling in ceilings.items() for row in measure(name, ceiling)])
-        console().note("\n".join(tables[-1]))
+        console().note(f"{measure.__name__}: measured")
     again, balances, overlaps = tables
-    policies = " | ".join(f"{at_once} at once, ahead {ahead}" for at_once, ahead in WAYS)
-    write_report(output, [
-        "# Cell traversal", "", provenance("numpy") + ".", "",
+    write_report(
+        "Cell traversal", provenance("numpy") + ".",
         f"Hemispheres of {HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, from points 4, 7, 10 and 13 of "
         f"the ceiling, sections and subshells from point 1 (ratio {RATIO}). Cycles are golden's counts at the stated "
-        "rates.", "",
-        "## Slots of the ray memory", "",
+        "rates.",
+        "## Slots of the ray memory",
         "Point 4, one cluster, subshells, barrier order: grid rays that there are, those sent with a slot for each, "
-        "and how many more with so many slots (`ctu.ray_slots`).", "",
-        f"| scene | grid rays | sent | {' | '.join(map(str, SLOTS))} |", "|---" * (3 + len(SLOTS)) + "|", *again, "",
-        "## The busiest cell traversal beside the busiest intersection", "",
+        "and how many more with so many slots (`ctu.ray_slots`).",
+        table(["scene", "grid rays", "sent", *SLOTS], again),
+        "## The busiest cell traversal beside the busiest intersection",
         "CTU : ICU, means over the points, and in how many of the frusta the CTU takes longer (bold): max(2 x grid "
         "rays sent, grid rays looked at, turns / pipelines), and with one sent and four looked at in a cycle. Turns "
         "are cell steps, and one for a ray that begins outside the grid for good. ICU: max(cycles of the window "
-        "walks, 4 x patches).", "",
-        f"| scene | {' | '.join(map(str, CLUSTERS))} |", "|---" * (1 + len(CLUSTERS)) + "|", *balances, "",
-        "## Overlap", "",
+        "walks, 4 x patches).",
+        table(["scene", *CLUSTERS], balances),
+        "## Overlap",
         f"Cycles of the busiest cluster, four look-ups, point 4; {MEMORY} cycles from a cell to its patches and "
-        f"{INTERSECTION} from there to the settle map. The hits are the same.", "",
-        "* Ahead n, a run-ahead depth of n: a shell of a subshell begins when the hits of all but the n shells before "
-        "it are known, and survival uses the hits known then. The first column has a barrier after each shell.",
-        "* Two in flight: cycles in which two subshells or more are in flight, per cluster, in the fastest column.", "",
-        f"| scene | clusters | subshells | {policies} | barrier : fastest | two in flight |",
-        "|---" * (5 + len(WAYS)) + "|", *overlaps])
+        f"{INTERSECTION} from there to the settle map. The hits are the same.",
+        ["* Ahead n, a run-ahead depth of n: a shell of a subshell begins when the hits of all but the n shells before "
+         "it are known, and survival uses the hits known then. The first column has a barrier after each shell.",
+         "* Two in flight: cycles in which two subshells or more are in flight, per cluster, in the fastest column."],
+        table(["scene", "clusters", "subshells", *(f"{at_once} at once, ahead {ahead}" for at_once, ahead in WAYS),
+               "barrier : fastest", "two in flight"], overlaps))

@@ -6,13 +6,12 @@ they are installed (extra ``compare``). All figures but seconds and memory depen
 """
 
 import time
-from pathlib import Path
 
 import click
 import numpy as np
 from scipy.special import erf
 
-from benchmarks.report import output_option, provenance, table, write_report
+from benchmarks.report import benchmark, page_path, provenance, table, write_chart, write_report
 from benchmarks.view_factor_cases import BARRIER, HIDDEN, OPEN, Case, box_in_box, plate_between_plates
 from benchmarks.view_factor_methods import method_rows
 from benchmarks.view_factor_programs import PROGRAMS, compute, in_own_process
@@ -24,7 +23,7 @@ from golden.light.factors.rows import FactorRows
 from golden.light.factors.view_factors import ViewFactors
 from golden.scene.geometry import geometry_scene
 from golden.scene.open import open_scene
-from radiosity.charts.chart import Line, line_figure, write_figure
+from radiosity.charts.chart import Line
 from radiosity.cli.console import console
 
 OPEN_ERRORS, HIDDEN_ERRORS = (1e-2, 1e-3, 1e-5), (1e-2, 1e-3)
@@ -87,14 +86,14 @@ def coverage_rows(deviations: dict[tuple[str, float], np.ndarray]) -> list[list]
             for name, values in everything.items()]
 
 
-def write_coverage(path: Path, deviations: dict[tuple[str, float], np.ndarray]) -> None:
+def write_coverage(deviations: dict[tuple[str, float], np.ndarray]) -> None:
     """A chart of the share of deviations within each multiple of the standard error, beside the normal distribution."""
     x = np.linspace(0, 4, 201)
     measured = np.abs(np.concatenate(list(deviations.values())))
     lines = [Line(name="normal distribution", x=x, y=erf(x / np.sqrt(2))),
              Line(name="measured", x=x, y=(measured <= x[:, None]).mean(axis=1))]
-    write_figure(path, line_figure(lines, title=f"{len(measured)} factors that are known", x_name="standard errors",
-                                   y_name="share within", y_top=1.05))
+    write_chart(f"{page_path().stem}-coverage", lines, title=f"{len(measured)} factors that are known",
+                x_name="standard errors", y_name="share within", y_top=1.05)
 
 
 def scene_figures(name: str, error: float) -> dict:
@@ -154,42 +153,32 @@ def small(value: float) -> str:
     return "< 1e-9" if value < 1e-9 else f"{value:.1e}"
 
 
-@click.command()
-@click.argument("scenes", nargs=-1)
+@benchmark("view-factors", ("lobby", "room1627"))
 @click.option("--error", type=float, default=SCENE_ERROR, help="Set the requested error of the scenes.")
 @click.option("--seeds", type=click.IntRange(1), default=SEEDS, help="Set the number of seeds of facets that hide each "
               "other.")
-@click.option("--programs/--no-programs", default=True, help="Choose whether other programs run.")
-@click.option("--program-seconds", type=click.FloatRange(0, min_open=True), default=PROGRAM_SECONDS,
-              help="Stop another program after so many seconds.")
 @click.option("--city", is_flag=True, help="Also compute the scene city to an error of 0.001, which takes minutes.")
-@output_option("view-factors")
-def main(scenes: tuple[str, ...], error: float, seeds: int, programs: bool, program_seconds: float, city: bool,
-         output: Path) -> None:
+def main(scenes: tuple[str, ...], error: float, seeds: int, city: bool) -> None:
     """Compare view factors with known ones and with other programs; SCENES default to lobby and room1627."""
-    known = open_rows()
-    hidden, deviations = hidden_rows(seeds), measured_deviations(seeds)
-    closed = box_in_box(0.6, 2).facets
-    write_coverage(output.with_name(f"{output.stem}-coverage.svg"), deviations)
-    lines = ["# View factors", "", f"{provenance('numpy', 'scipy')}; method grid.", "", "## Closed forms", "",
-             "Largest error, by requested error.", "",
-             *table(["facets", "count", *(f"{one:g}" for one in OPEN_ERRORS)], known), "",
-             "## Facets that hide each other", "", f"Over {seeds} seeds.", "",
-             *table(["facets", "count", "requested", "median", "largest", "seeds within"], hidden), "",
-             "## Coverage of the estimated errors", "", f"Over {seeds} seeds, within so many standard errors.", "",
-             *table(["facets", "requested", "factors", *map(str, WITHIN)], coverage_rows(deviations)), "",
-             "## Methods of closure", "", f"Cube in a cube, {len(closed)} facets, requested error "
-             f"{CLOSED_ERRORS[0]:g}, compared with {CLOSED_ERRORS[1]:g}.", "",
-             *table(["method", "closure", "below 0", "exact factors move by", "RMS error"],
-                    [[name, small(closure), below, small(moved), small(wrong)] for name, closure, below, moved, wrong
-                     in method_rows(closed, coarse=CLOSED_ERRORS[0], fine=CLOSED_ERRORS[1])]), "",
-             "## Scenes", "", f"Requested error {error:g}.", "",
-             *scene_table(scenes or ("lobby", "room1627"), error)]
+    deviations, closed = measured_deviations(seeds), box_in_box(0.6, 2).facets
+    write_coverage(deviations)
+    methods = method_rows(closed, coarse=CLOSED_ERRORS[0], fine=CLOSED_ERRORS[1])
+    parts = ["## Closed forms", "Largest error, by requested error.",
+             table(["facets", "count", *(f"{one:g}" for one in OPEN_ERRORS)], open_rows()),
+             "## Facets that hide each other", f"Over {seeds} seeds.",
+             table(["facets", "count", "requested", "median", "largest", "seeds within"], hidden_rows(seeds)),
+             "## Coverage of the estimated errors", f"Over {seeds} seeds, within so many standard errors.",
+             table(["facets", "requested", "factors", *WITHIN], coverage_rows(deviations)),
+             "## Methods of closure", f"Cube in a cube, {len(closed)} facets, requested error {CLOSED_ERRORS[0]:g}, "
+             f"compared with {CLOSED_ERRORS[1]:g}.",
+             table(["method", "closure", "below 0", "exact factors move by", "RMS error"],
+                   [[name, small(closure), below, small(moved), small(wrong)]
+                    for name, closure, below, moved, wrong in methods]),
+             "## Scenes", f"Requested error {error:g}.", scene_table(scenes, error)]
     if city:
-        lines += ["", "## A city", "", f"Requested error {CITY_ERROR:g}.", "", *scene_table(("city",), CITY_ERROR)]
-    if programs:
-        rows = [row for one in compared() for row in program_rows(*one, program_seconds)]
-        lines += ["", "## Other programs", "", "Seconds of compiled code, and peak memory of the process.", "",
-                  *table(["facets", "count", "program", "error", "closure", "row sums", "reciprocity", "s", "MiB"],
-                         rows)]
-    write_report(output, lines)
+        parts += ["## A city", f"Requested error {CITY_ERROR:g}.", scene_table(("city",), CITY_ERROR)]
+    write_report(
+        "View factors", f"{provenance('numpy', 'scipy')}; method grid.", *parts,
+        "## Other programs", "Seconds of compiled code, and peak memory of the process.",
+        table(["facets", "count", "program", "error", "closure", "row sums", "reciprocity", "s", "MiB"],
+              [row for one in compared() for row in program_rows(*one, PROGRAM_SECONDS)]))

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from math import isqrt
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy import sparse
 from golden.base.compiled import compiled
 from golden.base.spread import Spread, in_turn
 from golden.cast.casters import CastsFrusta, CastsRays
+from golden.cast.density import Density
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.methods import shadow_caster
 from golden.light.contacts import PARTS, Contacts
@@ -137,9 +139,9 @@ class IndirectLight:
 
 
 def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, caster: CastsRays, tally: Tally, *,
-                   hemisphere: Hemisphere, solver: str, light_samples: int, seed: int, shooting: Shooting | None = None,
-                   preview: Preview | None = None, spread: Spread = in_turn, progress: bool = False,
-                   estimate: Callable[[int, float], None] | None = None) -> IndirectLight:
+                   hemisphere: Hemisphere, solver: str, light_samples: int, seed: int, density: Density | None = None,
+                   shooting: Shooting | None = None, preview: Preview | None = None, spread: Spread = in_turn,
+                   progress: bool = False, estimate: Callable[[int, float], None] | None = None) -> IndirectLight:
     """Solve the radiosity system of a scene's elements for the light that they reflect.
 
     The light sources are not part of the system: shadow rays sample their irradiance at an element, and its reflection
@@ -159,8 +161,8 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
         The patches and their elements.
     frusta, caster, tally
         Caster of hemispheres, caster of shadow rays, and their counts.
-    hemisphere
-        The grid of rays at each node.
+    hemisphere, density
+        The grid of rays at each node, and where finer rays are cast, see `golden.light.form_factors.hemisphere_sums`.
     solver
         A name of `SOLVERS`.
     light_samples
@@ -186,10 +188,10 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
         contacts = Contacts(scene, elements.lattice, caster)
         pieces = Pieces(elements, contacts)
     glass = Glass(scene)
-    rows = NodeRows(scene, pieces, glass, frusta=frusta, caster=caster, tally=tally, progress=progress)
+    made = partial(NodeRows, scene, pieces, glass, frusta=frusta, caster=caster, density=density)
+    rows = made(tally=tally, progress=progress)
     if estimate:
-        _estimate(estimate, NodeRows(scene, pieces, glass, frusta=frusta, caster=caster, tally=Tally()), elements,
-                  hemisphere, len(pieces) if shooting else None)
+        _estimate(estimate, made(tally=Tally()), elements, hemisphere, len(pieces) if shooting else None)
     with tally.stage("form factors"):
         nodes = (PieceRows(scene, elements, pieces, rows, hemisphere, spread) if shooting
                  else rows.cast(*elements.lattice.nodes, hemisphere, spread))

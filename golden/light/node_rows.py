@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from golden.base.spread import Spread, in_turn
+from golden.cast.density import Density
 from golden.cast.hemisphere import Hemisphere
 from golden.light.form_factors import hemisphere_sums
 from golden.light.glass import ClearRays, Glass
@@ -61,13 +62,15 @@ class NodeRows:
         Caster of hemispheres, and caster of the rays behind glass and from mirrors.
     tally
         Counts the rays, as kinds ``"hemisphere"`` and ``"transmission"``.
+    density
+        See `hemisphere_sums`.
     progress
         Shows a progress bar after two seconds.
     """
 
     def __init__(self, scene: Scene, pieces: Pieces, glass: Glass, *, frusta, caster, tally: Tally,
-                 progress: bool = False):
-        self._scene, self._pieces, self._progress = scene, pieces, progress
+                 density: Density | None = None, progress: bool = False):
+        self._scene, self._pieces, self._density, self._progress = scene, pieces, density, progress
         self._frusta = tally.counting("hemisphere", frusta)
         self.groups = glass.colours
         self.clear = [ClearRays(scene, glass, tally.counting("transmission", caster), channels[0])
@@ -83,8 +86,8 @@ class NodeRows:
         sky = self._scene.background.radiance if isinstance(self._scene.background, Sky) else None
         for clear in self.clear:
             sums = hemisphere_sums(self._frusta, hemisphere, position, normal, source, columns=len(self._pieces),
-                                   column_of=self._pieces.seen, clear=clear, sky=sky, spread=spread,
-                                   progress=self._progress)
+                                   column_of=self._pieces.seen, clear=clear, sky=sky, density=self._density,
+                                   spread=spread, progress=self._progress)
             unit = 2.0**-sums.weight_bits
             factors.append(sparse.csr_array((sums.weights.data * unit, sums.weights.indices, sums.weights.indptr),
                                             shape=sums.weights.shape))

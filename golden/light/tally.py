@@ -95,6 +95,16 @@ class CountingCaster:
         """The caster's hemispheres, counted."""
         return self._counting(self._caster.hemispheres(*arguments))
 
+    def dense_hemispheres(self, *arguments):
+        """The caster's hemispheres with finer rays, counted with those that finer ones replace."""
+        cast = self._caster.dense_hemispheres(*arguments)
+
+        def counted(number):
+            weight, rays, hits, count = cast(number)
+            self._add(count, int((hits.patch >= 0).sum()), hits)
+            return weight, rays, hits, count
+        return counted
+
     def screen(self, *arguments) -> FrustumHits:
         """The caster's screen, counted."""
         return self._counting(self._caster.screen(*arguments))

@@ -13,6 +13,7 @@ from golden.base.compiled import compiled
 from golden.base.errors import InputError
 from golden.base.output import check_outputs
 from golden.base.spread import in_threads, in_turn
+from golden.cast.density import Density
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.methods import RAY_METHODS, shadow_caster
 from golden.cast.rays import Hits, Rays
@@ -80,6 +81,9 @@ class RenderSettings:
         Most reflections and refractions of a ray, 0 to 64.
     rays
         (azimuths, polars) of a radiosity hemisphere. Default: 32 x 16 to 256 x 64, within 6 million rays if they can.
+    least_rays
+        The cells around a patch that fewer rays of a radiosity hemisphere meet are cast again, finer, see
+        `golden.cast.density.Density`; with a method of `FIXED_METHODS`. Default: none are.
     elements
         The scene's area over that of the largest square element of pass 1, 1 to 10^6. Flat scenes get about so many.
     max_edge, max_area
@@ -114,6 +118,7 @@ class RenderSettings:
     noise: float | None = None
     depth: int = 6
     rays: tuple[int, int] | None = None
+    least_rays: int | None = None
     elements: int = 3000
     max_edge: float | None = None
     max_area: float | None = None
@@ -149,8 +154,13 @@ class RenderSettings:
             raise InputError(f"Shooting must be a Shooting or None, not {self.shooting!r}", parameter="shooting")
         if self.noise is not None:
             self._check_noise()
+        if self.least_rays is not None:
+            Density(least=self.least_rays)
         if self.method in FIXED_METHODS:
             self._check_fixed()
+        elif self.least_rays is not None:
+            raise InputError(f"render: Least rays need a method of frusta alone ({', '.join(FIXED_METHODS)}), not "
+                             f"{self.method}", parameter="least_rays")
 
     def _check_noise(self):
         if isinstance(self.noise, bool) or not isinstance(self.noise, Real) or not 0.001 <= self.noise <= 1:
@@ -172,6 +182,11 @@ class RenderSettings:
     def side(self) -> int:
         """A pixel has ``side`` x ``side`` fields, each with a primary ray."""
         return isqrt(self.samples)
+
+    @property
+    def density(self) -> Density | None:
+        """Where hemispheres cast finer rays; None: nowhere."""
+        return None if self.least_rays is None else Density(least=self.least_rays)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -306,8 +321,9 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     screen = Screen(camera=camera, width=settings.width, height=settings.height)
     indirect = indirect_light(scene, refinement, frusta, caster, tally, hemisphere=hemisphere, solver=settings.solver,
                               light_samples=ELEMENT_SAMPLES * settings.light_samples, seed=settings.seed,
-                              shooting=settings.shooting, preview=preview and preview.of(scene, screen, caster),
-                              spread=spread, progress=progress, estimate=estimate)
+                              density=settings.density, shooting=settings.shooting,
+                              preview=preview and preview.of(scene, screen, caster), spread=spread, progress=progress,
+                              estimate=estimate)
     measured = None
     if sensors is not None:
         with tally.stage("sensors"):

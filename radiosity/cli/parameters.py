@@ -9,8 +9,8 @@ from click.shell_completion import CompletionItem
 from radiosity.cli.console import console
 from radiosity.cli.golden.choices import PRESETS, SCENE_SUFFIXES
 
-__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP", "ZENITH",
-           "CellSize", "Numbers", "Place", "Positive", "WholePair"]
+__all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "LEAST_RAYS", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP",
+           "ZENITH", "CellSize", "Numbers", "Place", "Positive", "WholePair"]
 
 FILE = click.Path(path_type=Path)
 PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
@@ -136,5 +136,8 @@ class CellSize(Positive):
         return None if value in (None, "auto") else super().convert(value, param, ctx)
 
 
+LEAST_RAYS = click.option("--least-rays", type=int, help="Cast the cells around a patch that fewer rays of a "
+                          "hemisphere meet again, finer, until so many do or a grid has 4096 a side. Not with methods "
+                          "of single rays.")
 METHOD_CELL = click.option("--cell", type=CellSize(), default="auto", help="Set the size of the method's cells as a "
                            "share of the scene's longest side; auto is the method's choice.")

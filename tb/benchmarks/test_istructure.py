@@ -20,7 +20,7 @@ RAYS, CLUSTERS, SHARE = (16, 8), 2, "1/4"
 
 @cache
 def lobby():
-    return SharedScene("lobby", rays=RAYS, cell=1, latency=50)
+    return SharedScene("lobby", rays=RAYS, cell=1)
 
 
 @cache

@@ -8,12 +8,13 @@ from click.testing import CliRunner
 
 from benchmarks import main_memory
 from benchmarks.main_memory import BURST_BEATS, bound, rate
-from benchmarks.report import output_option, table, tables_of, write_report
+from benchmarks.report import benchmark, table, tables_of, write_report
 from radiosity.cli.bench import bench
 from radiosity.cli.main import main as radiosity
 
-LINES = ["# A page", "", "Words.", "", "## First", "", *table(["scene", "count"], [["man", 3], ["lobby", 0.25]]),
-         "## Second", "| a |", "|---|", "| - |"]
+PARTS = ("Words.", "## First", table(["scene", "count"], [["man", 3], ["lobby", 0.25]]),
+         ["## Second", "| a |", "|---|", "| - |"])
+LINES = ["# A page", "", "Words.", "", "## First", "", *PARTS[2], "", *PARTS[3]]
 
 
 def test_tables_of_a_page():
@@ -23,10 +24,9 @@ def test_tables_of_a_page():
 
 
 def test_the_page_is_written_and_printed(tmp_path):
-    @click.command()
-    @output_option("x")
-    def command(output):
-        write_report(output, LINES)
+    @benchmark("x")
+    def command():
+        write_report("A page", *PARTS)
 
     path = tmp_path / "new" / "x.md"
     result = CliRunner().invoke(command, ["-o", str(path)], catch_exceptions=False)

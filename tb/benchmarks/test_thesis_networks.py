@@ -2,7 +2,8 @@
 
 import pytest
 
-from benchmarks.thesis_networks import EDRC, THESIS, grade, ratios_of, spread_of
+from benchmarks.grades import grade
+from benchmarks.thesis_networks import EDRC, THESIS, ratios_of, spread_of
 
 pytestmark = pytest.mark.xdist_group("machines")
 

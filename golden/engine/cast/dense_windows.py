@@ -1,11 +1,12 @@
 """Parts of a hemisphere cast again with twice the azimuths and polar angles, where few rays meet a patch."""
 
+from collections.abc import Generator
+
 import numpy as np
 
 from golden.cast.density import Density, Level
 from golden.cast.hemisphere import Hemisphere
 from golden.engine.config import Config
-from golden.engine.frustum import FrustumRecord
 from golden.engine.icu.g2r_transform import g2r_transform
 from golden.engine.icu.inverse_distance import inverse_distance
 from golden.engine.icu.patch_setup import PatchSetup
@@ -31,13 +32,13 @@ class DenseWindows:
     density, hemisphere
         Where rays are cast again, and the coarse grid.
     record
-        Function from a level to the hemisphere of that level's grid.
+        Function from a level to the `FrustumRecord` of the hemisphere of that level's grid.
     geometry, config
         The patches, and the configuration.
     """
 
     def __init__(self, density: Density, hemisphere: Hemisphere, record, geometry: PatchGeometry, config: Config):
-        self._density, self._hemisphere, self._record, self._config = density, hemisphere, record, config
+        self.record, self._density, self._hemisphere, self._config = record, density, hemisphere, config
         self._depth = density.depth(hemisphere)
         # Planes are those of all grids, and windows of the finest grid those of all others, with a shift.
         coarse = record(0)
@@ -49,8 +50,12 @@ class DenseWindows:
         order = np.argsort(owner, kind="stable")
         self._planes, self._first = planes[order], np.searchsorted(owner[order], np.arange(len(geometry) + 1))
 
-    def cast(self, patch: np.ndarray) -> list[tuple[Level, np.ndarray, np.ndarray, np.ndarray]]:
+    def cast(self, patch: np.ndarray) -> Generator[
+            tuple[int, np.ndarray, np.ndarray], np.ndarray, list[tuple[Level, np.ndarray, np.ndarray, np.ndarray]]]:
         """The rays that replace those of the coarse grid, whose patches are ``patch``.
+
+        It yields, level by level from 1 on, the level's number and columns and rows of rays, and is sent the patches
+        that they meet, as `nearest` finds them.
 
         Returns
         -------
@@ -71,7 +76,7 @@ class DenseWindows:
             level = Level(self._hemisphere, number + 1)
             column, row = (np.concatenate([2 * values[divided] + offset for offset in offsets]) for values, offsets in (
                 (column, (0, 1, 0, 1)), (row, (0, 0, 1, 1))))
-            patch = self._nearest(self._record(number + 1), number + 1, column, row)
+            patch = yield number + 1, column, row
         return leaves
 
     def _touched(self, patches, level, column, row):
@@ -92,9 +97,10 @@ class DenseWindows:
         most = self._hemisphere.azimuths << level
         return first, np.minimum((last >> shift) - first + 1, most), low, (high >> shift) - low + 1
 
-    def _nearest(self, record: FrustumRecord, level, column, row):
-        """The patch that each of K rays meets, or -1."""
-        memory, directions = RayMemory(len(column), self._config), record.directions(column, row)
+    def nearest(self, level: int, column: np.ndarray, row: np.ndarray) -> np.ndarray:
+        """The patch that each of K rays of a level meets, or -1: K int64."""
+        record, memory = self.record(level), RayMemory(len(column), self._config)
+        directions = record.directions(column, row)
         live = np.flatnonzero(self._window.rays > 0)
         first, columns, low, rows = (span[:, None] for span in self._spans(live, level))
         step = max(1, _PAIRS // max(1, len(live)))

@@ -103,10 +103,13 @@ class FixedFrusta(ABC):
             return hemisphere_record(grid, coordinates, points[number], frames[number, 2],
                                      source=int(surfaces[number]), axes=frames[number])
 
+        self._sample(partial(record, level=0), len(points), coordinates)
+        leaves_of = _DenseBundles(cast, self._finer(geometry), lambda number: DenseWindows(
+            density, hemisphere, partial(record, number), geometry, CONFIG), count=len(points),
+            together=max(1, self.together // len(hemisphere))).leaves
+
         def dense(number):
-            ((patch, _, _),) = cast([record(number, 0)])
-            windows = DenseWindows(density, hemisphere, partial(record, number), geometry, CONFIG)
-            leaves = windows.cast(patch)
+            leaves = leaves_of(number)
             weight = np.concatenate([level.row_weights[row] << depth - level.level for level, _, row, _ in leaves])
             direction = np.concatenate([level.directions(column, row) for level, column, row, _ in leaves])
             rays = Rays(np.broadcast_to(points[number], direction.shape), direction @ frames[number],
@@ -152,6 +155,12 @@ class FixedFrusta(ABC):
                 hits.cast[rows], hits.blocked[rows] = True, blocked[number]
                 hits.tests[rows], hits.steps[rows] = tests[number], shares(steps, len(rows))
         return hits
+
+    def _finer(self, geometry: PatchGeometry):
+        """Function from `DenseWindows`, and for each of them a level (the same for all), columns and rows of rays, to
+        the patches that they meet.
+        """
+        return lambda windows, rays: [one.nearest(*given) for one, given in zip(windows, rays, strict=True)]
 
     @abstractmethod
     def _shadow_machine(self, geometry: PatchGeometry):
@@ -278,3 +287,36 @@ class _Bundles:
             found = self._cast([self._record(number) for number in numbers])
             self._held = {number: np.stack(values) for number, values in zip(numbers, found, strict=True)}
         return self._held[one]
+
+
+class _DenseBundles:
+    """Hemispheres with finer rays that are cast on first use, some of them together, level by level."""
+
+    def __init__(self, cast, finer, windows, *, count, together):
+        self._cast, self._finer, self._windows = cast, finer, windows
+        self._count, self._together = count, together
+        self._held: dict[int, list] = {}
+
+    def leaves(self, one):
+        """See `DenseWindows.cast`."""
+        if one not in self._held:
+            self._held = self._leaves(range(one, min(one + self._together, self._count)))
+        return self._held[one]
+
+    def _leaves(self, numbers):
+        """Of some hemispheres what `DenseWindows.cast` returns."""
+        windows = [self._windows(number) for number in numbers]
+        patches = [patch for patch, _, _ in self._cast([one.record(0) for one in windows])]
+        runs, leaves = [one.cast(patch) for one, patch in zip(windows, patches, strict=True)], {}
+        # Of those that still divide cells what they have been sent.
+        sent = dict.fromkeys(range(len(runs)))
+        while sent:
+            rays = {}
+            for number, met in sent.items():
+                try:
+                    rays[number] = runs[number].send(met)
+                except StopIteration as over:
+                    leaves[numbers[number]] = over.value
+            found = self._finer([windows[number] for number in rays], [*rays.values()])
+            sent = dict(zip(rays, found, strict=True))
+        return leaves

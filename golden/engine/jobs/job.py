@@ -78,6 +78,9 @@ class PhaseRequest:
     plan
         The schedule that resident sets and subshell lists are from, see `phase_image`. With subshell lists
         (``ctu.subshell_bits``) its sections are those of every frustum, each for its own cluster.
+    windows
+        Of each frustum the sections that are cast, which begin at borders of tiles; hits of its other rays are not
+        written. Not with subshell lists. Default: sections of all rays.
     """
 
     geometry: PatchGeometry
@@ -90,6 +93,7 @@ class PhaseRequest:
     cycles: Sequence[float] | None = None
     workload: np.ndarray | None = None
     plan: Schedule | None = None
+    windows: Sequence[Sequence[Sector]] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -399,13 +403,14 @@ def _load_bits(names):
 def _sections(phase, number, config):
     """The sections of a phase in the order of the queue."""
     request = phase.request
-    first, plan = request.records[0], request.plan
-    pinned = config.ctu.subshells > 0 and plan is not None
-    cut = plan.partition.sections if pinned else tile_sections(
-        first.columns, first.rows, config, clusters=request.clusters, workload=request.workload)
-    work = np.ones((first.rows, first.columns)) if request.workload is None else np.asarray(request.workload)
-    share = np.array([work[one.first_row:one.end_row, one.first_column:one.end_column].sum() for one in cut])
-    share = share / share.sum() if share.any() else np.full(len(cut), 1 / len(cut))
+    pinned = config.ctu.subshells > 0 and request.plan is not None
+    if request.windows is None:
+        cut = request.plan.partition.sections if pinned else tile_sections(
+            request.records[0].columns, request.records[0].rows, config, clusters=request.clusters,
+            workload=request.workload)
+        parts = [[*zip(cut, _shares(cut, request.workload), strict=True)]] * len(request.records)
+    else:
+        parts = [zip(cut, _shares(cut), strict=True) for cut in request.windows]
     cycles = np.ones(len(request.records)) if request.cycles is None else np.asarray(request.cycles)
     if len(cycles) != len(request.records):
         raise InputError(f"job: Predicted cycles must be one for each of {len(request.records)} frusta, "
@@ -413,7 +418,7 @@ def _sections(phase, number, config):
     listed = [JobSection(phase=number, frustum=int(frustum), section=section, cycles=float(cycles[frustum] * part),
                          cluster=cluster if pinned else ANY_CLUSTER)
               for frustum in proximity_order(np.array([record.origin for record in request.records]))
-              for cluster, (section, part) in enumerate(zip(cut, share, strict=True))
+              for cluster, (section, part) in enumerate(parts[frustum])
               if _has_rays(request, frustum, section)]
     predicted = np.array([one.cycles for one in listed])
     if request.cycles is None or pinned or not phase.image.has_copies:
@@ -426,6 +431,13 @@ def _sections(phase, number, config):
     end = [half for one in ordered[first:] for half in (_halves(one, config) if one.cycles >= least else [one])
            if _has_rays(request, half.frustum, half.section)]
     return ordered[:first] + sorted(end, key=lambda one: -one.cycles)
+
+
+def _shares(cut, workload=None):
+    """The share of each section in the work of a frustum, whose rays are all the same work by default."""
+    work = np.array([one.rays if workload is None else workload[
+        one.first_row:one.end_row, one.first_column:one.end_column].sum() for one in cut])
+    return work / work.sum() if work.any() else np.full(len(cut), 1 / max(1, len(cut)))
 
 
 def _halves(one, config):

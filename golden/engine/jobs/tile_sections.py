@@ -8,7 +8,7 @@ from golden.engine.config import Config
 from golden.engine.ctu.sector import Sector
 from golden.engine.schedule.sections import cut_sections
 
-__all__ = ["halves", "most_sections", "tile_sections"]
+__all__ = ["halves", "most_sections", "tile_sections", "window_sections"]
 
 
 def most_sections(columns: int, rows: int, config: Config) -> int:
@@ -53,6 +53,43 @@ def tile_sections(columns: int, rows: int, config: Config, *, clusters: int = 1,
     return tuple(Sector(section.first_column * side, min(columns, section.end_column * side),
                         section.first_row * side, min(rows, section.end_row * side))
                  for section in partition.sections)
+
+
+def window_sections(column: np.ndarray, row: np.ndarray, *, columns: int, rows: int,
+                    config: Config) -> tuple[Sector, ...]:
+    """Sections of whole tiles with these K rays, and with few others.
+
+    Tiles beside each other are a section, and so are such ones of the same columns above each other, while they fit.
+
+    Parameters
+    ----------
+    column, row
+        K int each: the rays.
+    columns, rows
+        Rays of the frustum.
+    config
+        The machine's configuration.
+    """
+    bits, capacity = config.icu.tile_bits, config.icu.rays >> 2 * config.icu.tile_bits
+    tiles = np.unique(np.stack([row >> bits, column >> bits], axis=1), axis=0)
+    # First and end column, first and end row.
+    runs: list[list[int]] = []
+    for down, across in tiles.tolist():
+        if runs and runs[-1][1:3] == [across, down] and across - runs[-1][0] < capacity:
+            runs[-1][1] += 1
+        else:
+            runs.append([across, across + 1, down, down + 1])
+    found, above = [], {}
+    for run in runs:
+        first, end, down, _ = run
+        top = above.get((first, end))
+        if top and top[3] == down and (end - first) * (down + 1 - top[2]) <= capacity:
+            top[3] += 1
+        else:
+            above[first, end] = run
+            found.append(run)
+    return tuple(Sector(first << bits, min(columns, end << bits), top << bits, min(rows, bottom << bits))
+                 for first, end, top, bottom in found)
 
 
 def halves(section: Sector, config: Config) -> tuple[Sector, ...]:

@@ -8,9 +8,9 @@ from click.core import ParameterSource
 from radiosity.cli.casting_method import CastingMethod, add_options, method_of, method_option, options_of
 from radiosity.cli.command_line import Task
 from radiosity.cli.console import console
-from radiosity.cli.golden.choices import FIXED_METHODS, FRUSTUM_METHODS, LENGTH_UNITS, RAY_METHODS, SKY_DIVISIONS
+from radiosity.cli.golden.choices import FRUSTUM_METHODS, LENGTH_UNITS, RAY_METHODS, SKY_DIVISIONS
 from radiosity.cli.golden.factor_outputs import FACTOR_OUTPUT_NAMES, FACTOR_OUTPUTS
-from radiosity.cli.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, ZENITH, Positive
+from radiosity.cli.parameters import AZIMUTHS, FILE, LEAST_RAYS, METHOD_CELL, SCENE, SCENE_HELP, ZENITH, Positive
 from radiosity.cli.workers import WORKERS, worker_pool
 
 __all__ = ["formfactors_command"]
@@ -47,8 +47,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "points instead.  [default: 256x64 where the method casts no single rays]")
     @click.option("--samples", type=click.IntRange(1, 16), help="Set the number of these points along each side of a "
                   "patch.  [default: 1]")
-    @click.option("--least-rays", type=int, help="Cast the cells around a patch that fewer rays of a plain hemisphere "
-                  "meet again, finer, until so many do or a grid has 4096 a side. Methods shelling and naive-fixed.")
+    @LEAST_RAYS
     @click.option("--project", is_flag=True, help="Close the rows of plain hemispheres and make them reciprocal.")
     @click.option("--facets", is_flag=True, help="Keep each face of a file as one row, in the file's order; "
                   "its front alone radiates.")
@@ -128,8 +127,8 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
 
 def _check_options(plain, method, project, time_limit, resume, least_rays):
     """Refuse options that exclude each other."""
-    if least_rays is not None and method not in FIXED_METHODS:
-        raise click.UsageError(f"--least-rays needs a method in integers: {', '.join(FIXED_METHODS)}.")
+    if least_rays is not None and method in RAY_METHODS:
+        raise click.UsageError(f"--least-rays needs a method that casts no single rays, not {method}.")
     context = click.get_current_context()
     for name, option in _ADAPTIVE.items():
         if plain and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:

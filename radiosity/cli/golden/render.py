@@ -16,6 +16,7 @@ from radiosity.cli.golden.shooting_options import SHOOTING, SHOOTING_NAMED, shoo
 from radiosity.cli.parameters import (
     AZIMUTHS,
     FILE,
+    LEAST_RAYS,
     METHOD_CELL,
     SCENE,
     SCENE_HELP,
@@ -32,6 +33,7 @@ __all__ = ["render_command"]
 _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--size",
           "light_samples": "--light-samples", "noise": "--noise", "depth": "--depth", "elements": "--elements",
           "seed": "--seed", "jobs": "--jobs", "azimuths": "--rays", "polars": "--rays", "cell": "--cell",
+          "least_rays": "--least-rays", "least": "--least-rays",
           "fov": "--fov", "target": "--target", "up": "--up", "zenith": "--zenith", "clusters": "--clusters",
           "sensor_table": "--sensor-table", "decades": "--decades", **DAYLIGHT_NAMED, **SHOOTING_NAMED}
 
@@ -69,6 +71,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
     @click.option("--rays", type=AZIMUTHS, help="Set the number of rays of a radiosity hemisphere, powers of two.  "
                   "[default: by the "
                   "number of elements]")
+    @LEAST_RAYS
     @click.option("--solver", type=click.Choice(SOLVERS), default="conjugate-gradient", metavar="NAME",
                   help=f"Choose the solver of the radiosity system: {', '.join(SOLVERS)}.")
     @add_options(SHOOTING)
@@ -93,8 +96,8 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
     @click.option("--heatmap", type=FILE, metavar="PREFIX", help="Write the tests and the cell steps of each pixel to "
                   "PREFIX-tests.png and PREFIX-steps.png; grid casts unless --method names another one.")
     @add_options(PHOTOMETRIC)
-    def render_image(scene, output, size, samples, light_samples, noise, depth, rays, solver, elements, max_edge,
-                     max_area, method, cell, jobs, workers, seed, stats, heatmap, **given):
+    def render_image(scene, output, size, samples, light_samples, noise, depth, rays, least_rays, solver, elements,
+                     max_edge, max_area, method, cell, jobs, workers, seed, stats, heatmap, **given):
         """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
         method = method_of(method, counts_cells=cell is not None or heatmap is not None)
         chosen, options = options_of(methods, method, given)
@@ -107,8 +110,8 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
 
         # An added method casts shelling's frusta.
         settings = RenderSettings(width=size[0], height=size[1], samples=samples, light_samples=light_samples,
-                                  noise=noise, depth=depth, rays=rays, solver=solver, shooting=shooting,
-                                  elements=elements, max_edge=max_edge, max_area=max_area,
+                                  noise=noise, depth=depth, rays=rays, least_rays=least_rays, solver=solver,
+                                  shooting=shooting, elements=elements, max_edge=max_edge, max_area=max_area,
                                   method="shelling" if chosen else method, cell=cell, jobs=jobs, seed=seed)
         photometry = Photometry(**{name: given[name] for name in PHOTOMETRIC_NAMES})
         files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry, preview=preview,

@@ -7,6 +7,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.base.plural import counted
 from golden.base.progress_bar import progress_bar
+from golden.cast.density import Level
 from golden.engine.cast.fixed_frusta import CELL, CONFIG, SAMPLES, FixedFrusta, blocked_by_shelling, shares
 from golden.engine.cast.shadow_frusta import MOST_BITS
 from golden.engine.config import Config
@@ -16,6 +17,7 @@ from golden.engine.frustum.shadow_record import ShadowRecord
 from golden.engine.jobs.job import PhaseRequest
 from golden.engine.jobs.phase_request import phase_request
 from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.jobs.tile_sections import window_sections
 from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.cell_choice import choose_cell
@@ -112,6 +114,46 @@ class MachineCaster(FixedFrusta):
         self._weights = None
         return super().screen(screen, side)
 
+    def dense_hemispheres(self, density, hemisphere, points, frames, surfaces):
+        """See `FixedFrusta`.
+
+        Raises
+        ------
+        InputError
+            The finest grid has more azimuths or polar angles than the machine counts, or it has subshell lists.
+        """
+        if self._simulated.config.ctu.subshells:
+            raise InputError("machine: Rays cast again need clusters without lists of subshells (ctu.subshell_bits), "
+                             f"not {self._simulated.config.ctu.subshell_bits!r}")
+        bits, finest = self._simulated.config.icu.side_bits, Level(hemisphere, density.depth(hemisphere)).grid
+        needed = max(finest.azimuths, finest.polars).bit_length() - 1
+        if needed > bits:
+            raise InputError(f"machine: Rays cast again have grids of up to {finest.azimuths} x {finest.polars}, which "
+                             f"need an icu.side_bits of {needed}, not {bits}")
+        self._weights = hemisphere.polar_weights
+        return super().dense_hemispheres(density, hemisphere, points, frames, surfaces)
+
+    def _finer(self, geometry):
+        config = self._simulated.config
+        cells = _Cells(geometry, config, self._cell)
+
+        def cast(windows, rays):
+            records = [one.record(level) for one, (level, _, _) in zip(windows, rays, strict=True)]
+            found = []
+            # Their hits lie in main memory as if all of their rays were cast.
+            together = max(1, self.together // len(records[0])) if records else 1
+            for begin in range(0, len(records), together):
+                part = slice(begin, begin + together)
+                sections = [window_sections(column, row, columns=record.columns, rows=record.rows, config=config)
+                            for record, (_, column, row) in zip(records[part], rays[part], strict=True)]
+                request = PhaseRequest(
+                    geometry=geometry, table=self._table(cells, records[part], records[:1]), records=records[part],
+                    windows=sections, hit_format=HitFormat.IDS)
+                found += [one.hits[row * record.columns + column] for one, record, (_, column, row) in zip(
+                    self._results(request), records[part], rays[part], strict=True)]
+            return found
+        return cast
+
     @property
     def ray_kinds(self) -> tuple[str, ...]:
         """The kinds of rays of an image that the machine casts."""
@@ -192,7 +234,7 @@ class MachineCaster(FixedFrusta):
         with progress_bar(desc="machine", unit="section", delay=2, leave=False, disable=not self._progress) as bar:
             done = self._simulated.run([request], progress=lambda completed: bar.update(completed - bar.n))
         (frusta,) = done.frusta
-        counts = {"frusta": len(frusta), "rays": sum(map(_rays, request.records)), "cycles": done.cycles.total,
+        counts = {"frusta": len(frusta), "rays": _rays(request), "cycles": done.cycles.total,
                   "tests": sum(one.total("tested") for one in frusta)}
         self.jobs, self.frusta, self.rays = self.jobs + 1, self.frusta + counts["frusta"], self.rays + counts["rays"]
         self.cycles, self.tested = self.cycles + counts["cycles"], self.tested + counts["tests"]
@@ -219,8 +261,11 @@ class _Cells:
         return self._made
 
 
-def _rays(record):
-    return len(record.listed) if record.bundle == Bundle.SHADOW else len(record)
+def _rays(request):
+    """The rays of a request."""
+    if request.windows is not None:
+        return sum(section.rays for cut in request.windows for section in cut)
+    return sum(len(record.listed) if record.bundle == Bundle.SHADOW else len(record) for record in request.records)
 
 
 def _sums_of(record, patch, request):

@@ -3,6 +3,8 @@
 from golden.engine.config import Config
 from golden.engine.memsys.bus.cache_policy import CachePolicy
 from golden.engine.noc.packing import VERTICES, reply_flits, request_flits
+from golden.engine.noc.routing import route
+from golden.engine.noc.topology import Topology
 from hw.control.completion_writer import CompletionWriter
 from hw.control.frustum_slot import FrustumSlot
 from hw.control.job_dispatch import JobDispatch
@@ -38,7 +40,7 @@ from radiosity.machines.engine.joint_cast import JointTiming
 from radiosity.machines.engine.load_cycles import LoadTiming
 from radiosity.machines.engine.store_path import StoreTiming
 
-__all__ = ["bus_timing", "job_timing", "joint_timing", "load_timing", "store_timing"]
+__all__ = ["bus_timing", "job_timing", "joint_options", "joint_timing", "load_timing", "store_timing"]
 
 # Of docstrings that have no attribute: `JobDispatch`'s cycles of a section without near cells, `ReadOut`'s latency,
 # `ResultWriter`'s cycles from the last answer to its `o_done`.
@@ -103,6 +105,18 @@ def joint_timing(config: Config) -> JointTiming:
         request_flits=len(request_flits(config, source=0, destination=0, patch=0)),
         reply_flits=len(reply_flits(config, source=0, destination=0, patch=0, surface=0, vertices=vertices)),
         outstanding=config.noc.requests)
+
+
+def joint_options(config: Config) -> dict:
+    """What `radiosity.machines.engine.joint_cast.joint_cast` takes of a configuration beside times.
+
+    The network of one cluster carries nothing.
+    """
+    noc = config.noc
+    topology = noc.network() if noc.nodes > 1 else Topology("mesh", 2, 1)
+    return {"routing": route(topology, noc.virtual_channels), "buffer_flits": noc.buffer_flits,
+            "arbitration": noc.arbitration, "router_cycles": noc.router_cycles, "slots": config.icu.slots,
+            "run_ahead": config.ctu.run_ahead, "memsys": config.memsys}
 
 
 def bus_timing(config: Config, *, latency: int) -> BusTiming:

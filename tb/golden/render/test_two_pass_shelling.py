@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from golden.base.errors import InputError
+from golden.cast.density import Density
 from golden.cast.frame import frame
 from golden.cast.grid import Grid
 from golden.cast.hemisphere import Hemisphere
@@ -12,7 +13,7 @@ from golden.engine.cast.fixed_frusta import CELL, CONFIG, NaiveFixedFrusta, Shel
 from golden.engine.cast.shelling import Shelling
 from golden.engine.frustum import hemisphere_record, screen_record
 from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.light.form_factors import PatchRows
+from golden.light.form_factors import PatchRows, hemisphere_sums
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
@@ -219,3 +220,23 @@ def test_frusta_that_the_machine_does_not_cast_are_refused(cornell, bad, message
     with pytest.raises(InputError) as error:
         picture(cornell, "shelling", **bad)
     assert str(error.value) == message
+
+
+def test_nodes_cast_finer_rays_around_small_patches(cornell):
+    """Each has the factors of its hemisphere with finer rays, and all of them are counted."""
+    made = picture(cornell, "shelling", width=2, height=2, depth=0, light_samples=1, rays=(16, 4), max_edge=600.0,
+                   least_rays=6)
+    nodes, pieces = made.indirect.elements.lattice.nodes, made.indirect.pieces
+    sums = hemisphere_sums(NaiveFixedFrusta(cornell), Hemisphere(16, 4), *nodes, columns=len(pieces),
+                           column_of=pieces.seen, density=Density(least=6))
+    (factors,) = made.indirect.rows.cast(*nodes, Hemisphere(16, 4)).factors
+    np.testing.assert_array_equal(factors.toarray(), sums.weights.toarray() * 2.0**-sums.weight_bits)
+    # What adaptive refinement adds comes on top, and the second cast here.
+    assert made.stats["rays"]["hemisphere"]["rays"] >= sums.rays.sum() > len(sums.rays) * 64
+
+
+def test_finer_rays_need_a_method_of_frusta():
+    with pytest.raises(InputError, match="Least rays need a method of frusta alone"):
+        RenderSettings(method="grid", least_rays=4)
+    with pytest.raises(InputError, match="Least must be 1 to 4096, not 0"):
+        RenderSettings(method="shelling", least_rays=0)

@@ -2,7 +2,8 @@
 
 import pytest
 
-from benchmarks.cache_strings import SCENES, cast_strings
+from benchmarks.caches import cast_strings
+from benchmarks.ceiling import SCENES
 from golden.cast.hemisphere import Hemisphere
 from golden.engine.config import PRESETS
 from hw.memsys.bus.cache_policy import CachePolicy
@@ -13,8 +14,8 @@ POLICIES = [policy.name for policy in CachePolicy]
 
 def strings(name, hemisphere, cell, most):
     """The first requests of each."""
-    cast = cast_strings(name, PRESETS["paper"], clusters=2, hemisphere=hemisphere, cell=cell, points=(4, 13))
-    return {what: string[:most] for what, string in cast.joined().items()}
+    _, _, joined = cast_strings(name, PRESETS["paper"], 2, (3, 12), hemisphere=hemisphere, cell=cell)
+    return {what: string[:most] for what, string in joined.items()}
 
 
 @pytest.mark.sim

@@ -7,7 +7,7 @@ from golden.base.errors import InputError
 from golden.engine.config import PRESETS
 from golden.engine.ctu.sector import Sector
 from golden.engine.jobs.descriptor import section_tiles
-from golden.engine.jobs.tile_sections import halves, most_sections, tile_sections
+from golden.engine.jobs.tile_sections import halves, most_sections, tile_sections, window_sections
 
 # 256 tiles of 4 x 4 rays.
 CONFIG = PRESETS["small"]
@@ -69,3 +69,26 @@ def test_the_most_sections_have_a_tile_each(columns, rows, most):
     (Sector(8, 12, 0, 64), [Sector(8, 12, 0, 64)])])
 def test_halves_are_of_whole_tiles(section, expected):
     assert [*halves(section, CONFIG)] == expected
+
+
+def test_windows_have_all_their_rays_and_whole_tiles_of_them():
+    random = np.random.default_rng(2)
+    for count in (1, 3, 40, 4000):
+        columns, rows = random.integers(30, 600, 2).tolist()
+        column, row = random.integers(0, columns, count), random.integers(0, rows, count)
+        sections = window_sections(column, row, columns=columns, rows=rows, config=CONFIG)
+        covered, tiles = cover(sections, columns, rows), np.zeros((rows, columns), dtype=int)
+        for x, y in zip(column // 4 * 4, row // 4 * 4, strict=True):
+            tiles[y:y + 4, x:x + 4] = 1
+        np.testing.assert_array_equal(covered, tiles)
+        assert max(section_tiles(one, CONFIG) for one in sections) <= 256
+
+
+def test_a_rectangle_of_tiles_is_one_window_if_it_fits():
+    def sections(columns, rows):
+        row, column = np.divmod(np.arange(columns * rows), columns)
+        return window_sections(column + 8, row + 4, columns=2048, rows=2048, config=CONFIG)
+
+    assert sections(12, 7) == (Sector(8, 20, 4, 12),)
+    assert sections(64, 68) == (Sector(8, 72, 4, 68), Sector(8, 72, 68, 72))
+    assert sections(1028, 4) == (Sector(8, 1032, 4, 8), Sector(1032, 1036, 4, 8))

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.machines import SceneCasts, errors_of, machine_config, recorded_cycles
+from benchmarks.engine import machine_config
+from benchmarks.machines import SceneCasts, errors_of, recorded_cycles
 from golden.engine.cast.shelling import Shelling
 from golden.engine.ctu.sector import Sector
 from golden.scene.builtin import builtin_scene

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.machine_jobs import LATENCY, RecordedJob, job_config, recorded_jobs, simulate
+from benchmarks.engine import LATENCY
+from benchmarks.machine_jobs import RecordedJob, job_config, recorded_jobs, simulate
 from golden.base.errors import InputError
 from golden.engine.ctu.sector import Sector
 from golden.engine.jobs.job import plan_job
