@@ -98,16 +98,16 @@ class TestCtRayGenerator(Bench):
         The cycles of other pieces have no rule of latency, interval and capacity: a piece takes a search or none, by
         the ends of arcs for which earlier searches are kept, while the rows of the next stages are looked for.
         """
-        rays, cycles, behind = given.about.rays[2], trace.cycles["o"], 0
+        rays, cycles = given.about.rays[2], trace.cycles["o"]
+        follow = [number for number, (before, item) in enumerate(pairwise(self.came), start=1) if item["count"] and (
+            GRID_GROUP, item["stage"], item["row"], item["ray"] - GRID_GROUP) == tuple(
+                before[name] for name in ("count", "stage", "row", "ray"))]
+        assert [cycles[number] for number in follow] == [trace.ready("o", cycles[number - 1] + 1) for number in follow]
+        # All rays are those of the last subshell.
         if len(given.inputs["i"]) == 1:
             latency = documented_latency(CtRayGenerator, config, rows=rays.rows, columns=rays.columns)
             assert cycles[0] == trace.ready("o", trace.cycles["i"][0] + latency)
-        for number, (before, item) in enumerate(pairwise(self.came)):
-            if item["count"] and (item["stage"], item["row"], item["ray"]) == (
-                    before["stage"], before["row"], before["ray"] + GRID_GROUP):
-                behind += 1
-                assert cycles[number + 1] == trace.ready("o", cycles[number] + 1), f"group {number + 1}"
-        assert behind
+            assert follow
 
 
 @cache
