@@ -7,7 +7,6 @@ import numpy as np
 
 from golden.base.progress_bar import progress_bar
 from golden.base.spread import Spread, spans
-from golden.cast.rays import Hits
 from golden.cast.screen import Screen
 from golden.light.sampling import mix, pixel_ranks, uniform
 
@@ -95,12 +94,14 @@ class Pixels:
         field = np.stack([number % across, number // across], axis=1)
         within = 0.5 if self._regular else self._within(pixels)
         rays = self._screen.rays(pixels[own], (field + within) / across - 0.5)
-        hits = self._hits(row * across + field[:, 1], column * across + field[:, 0], rays)
+        fields = (row * across + field[:, 1]) * (self._side * self._screen.width) + column * across + field[:, 0]
+        hits = self._cast(np.zeros(len(fields), dtype=np.int64), fields, rays)
         half = (again if self._regular and self._round else field.sum(axis=1)) % 2
         # Each half has light samples that follow each other: they spread together.
         order = half[:count].argsort(kind="stable").argsort()
         rank = count * pixel_ranks(column, row) + order[sample]
-        traced = self._shader.trace(rays, hits, mix(self._seed, 2, self._round), rank)
+        traced = self._shader.trace(rays, hits, mix(self._seed, 2, self._round), rank,
+                                    fields if self._regular else None)
         share = np.bincount(half[:count], minlength=2)
         weight = np.where(half, 0.5, -0.5) / np.maximum(share, 1)[half]
         return np.stack([np.bincount(own, values, len(pixels)) for values in (*traced, *(traced[:3] * weight))])
@@ -114,9 +115,6 @@ class Pixels:
     def _cast(self):
         """Kept over the rounds: a regular caster casts once."""
         return self._caster.screen(self._screen, self._side)
-
-    def _hits(self, row, column, rays) -> Hits:
-        return self._cast(np.zeros(len(row), dtype=np.int64), row * (self._side * self._screen.width) + column, rays)
 
     def _within(self, pixels):
         """Random points in the fields of pixels: no two of a pixel are in the same one of as many columns or rows."""

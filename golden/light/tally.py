@@ -85,11 +85,11 @@ class CountingCaster:
 
     def nearest(self, rays: Rays) -> Hits:
         """The caster's nearest hits."""
-        return self._count(self._caster.nearest(rays))
+        return self.count(self._caster.nearest(rays))
 
     def any_hit(self, rays: Rays) -> Hits:
         """The caster's any hits."""
-        return self._count(self._caster.any_hit(rays))
+        return self.count(self._caster.any_hit(rays))
 
     def hemispheres(self, *arguments) -> FrustumHits:
         """The caster's hemispheres, counted."""
@@ -116,9 +116,10 @@ class CountingCaster:
         return hits
 
     def _counting(self, cast):
-        return lambda *rays: self._count(cast(*rays))
+        return lambda *rays: self.count(cast(*rays))
 
-    def _count(self, hits):
+    def count(self, hits: Hits) -> Hits:
+        """The hits, which another caster has found, counted."""
         self._add(len(hits.patch), int((hits.patch >= 0).sum()), hits)
         return hits
 

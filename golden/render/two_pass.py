@@ -50,6 +50,8 @@ __all__ = ["RenderResult", "RenderSettings", "render"]
 BATCH, SHADOW_BATCH = 1 << 16, 1 << 18
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
+# Components of the normal of a facet and of its shading that differ by less are the same.
+FLAT = 1e-12
 # Grids of the hemispheres of elements and of sensors (azimuths and polars), and rays within which they stay if one can.
 ELEMENT_GRIDS, ELEMENT_RAYS = ((256, 64), (128, 32), (64, 16), (32, 16)), 6_000_000
 SENSOR_GRIDS, SENSOR_RAYS = ((1024, 256), (512, 128), (256, 64)), 12_000_000
@@ -332,7 +334,8 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
                 scene, sensors, indirect, caster, tally, hemisphere=around, seed=settings.seed,
                 light_samples=min(SENSOR_SAMPLES * settings.light_samples, len(around)), frusta=frusta)
     primary = tally.counting("primary", frusta)
-    shader = _Shader(scene, frusta, caster, tally, indirect, settings, with_received)
+    specular = frusta.specular(screen, settings.side) if hasattr(frusta, "specular") else None
+    shader = _Shader(scene, frusta, caster, tally, indirect, settings, with_received, specular)
     with tally.stage("image"):
         batch = BATCH if shadow_caster(frusta) is None else SHADOW_BATCH
         found = Pixels(primary, shader, screen, settings, frusta.regular).cast(spread, batch, progress)
@@ -372,10 +375,11 @@ def _hemisphere_rays(count, grids, most):
 class _Shader:
     """Radiance along rays in a scene whose indirect light is known."""
 
-    def __init__(self, scene, frusta, caster, tally, indirect: IndirectLight, settings, with_received):
+    def __init__(self, scene, frusta, caster, tally, indirect: IndirectLight, settings, with_received, specular=None):
         self._scene, self._indirect, self._depth = scene, indirect, settings.depth
         self._with_received = with_received
         self._casters = {kind: tally.counting(kind, caster) for kind in ("reflection", "refraction")}
+        self._specular = specular
         self._light = DirectLight(
             scene, caster, tally, settings.light_samples, frusta=shadow_caster(frusta),
             rays=settings.width * settings.height * settings.samples * settings.light_samples)
@@ -389,18 +393,20 @@ class _Shader:
         self._glass = Glass(scene)
         self._index = np.where(self._glass.thin, 1.0, scene.channels("refraction_index"))
 
-    def trace(self, rays: Rays, hits: Hits, key: np.ndarray, rank: np.ndarray) -> np.ndarray:
+    def trace(self, rays: Rays, hits: Hits, key: np.ndarray, rank: np.ndarray,
+              field: np.ndarray | None = None) -> np.ndarray:
         """Radiance (rows 0 to 2), tests, steps and received light (rows 3 to 5) of R rays with known hits.
 
-        ``key`` seeds the samples of lights; those of rays with neighbouring ``rank`` spread together.
+        ``key`` seeds the samples of lights; those of rays with neighbouring ``rank`` spread together. ``field`` numbers
+        rays that pass through the middles of fields.
         """
         result = np.zeros((6, len(rays)))
-        waves = [(rays, hits, np.arange(len(rays)), np.ones((len(rays), 3)), key, rank)]
+        waves = [(rays, hits, np.arange(len(rays)), np.ones((len(rays), 3)), key, rank, field)]
         for depth in range(self._depth + 1):
             waves = [later for wave in waves for later in self._wave(result, *wave, depth)]
         return result
 
-    def _wave(self, result, rays, hits, owner, weight, key, rank, depth):
+    def _wave(self, result, rays, hits, owner, weight, key, rank, field, depth):
         """Add what rays of one generation see, times ``weight``, to their owners; returns the next generation."""
         if not len(rays):
             return
@@ -421,7 +427,8 @@ class _Shader:
         if measured:
             result[5] += np.bincount(owner[met[diffuse]], luminance(arriving), result.shape[1])
         if depth < self._depth:
-            yield from self._next(points, direction, front, active, owner[met], weight[met], key, rank[met])
+            yield from self._next(points, direction, front, active, owner[met], weight[met], key, rank[met],
+                                  None if field is None or self._specular is None else field[met])
 
     def _diffuse(self, patch, position):
         """Diffuse reflectances, K x 3, at positions on patches."""
@@ -430,13 +437,13 @@ class _Shader:
             return diffuse
         return np.minimum(diffuse * self._scene.textures.ratio(patch, position), self._most_diffuse[patch])
 
-    def _next(self, points, direction, front, active, owner, weight, key, rank):
+    def _next(self, points, direction, front, active, owner, weight, key, rank, field):
         """Mirrored and refracted rays."""
-        some = np.flatnonzero(self._is_specular[points.patch])
-        if not len(some):
+        kept = np.flatnonzero(self._is_specular[points.patch])
+        if not len(kept):
             return
         points, direction, front, active, owner, weight, rank = (
-            values[some] for values in (points, direction, front, active, owner, weight, rank))
+            values[kept] for values in (points, direction, front, active, owner, weight, rank))
         specular = self._materials["specular"][points.patch] * active[:, None]
         transparent = self._materials["transparent"][points.patch]
         cosine = np.clip(-np.einsum("kj,kj->k", direction, points.normal), 1e-6, 1)
@@ -453,14 +460,32 @@ class _Shader:
         flat = direction - 2 * np.einsum("kj,kj->k", direction, facet)[:, None] * facet
         reflected = np.where(into[:, None], flat, reflected)
         refracted = ratio[:, None] * direction + (ratio * cosine - beyond)[:, None] * points.normal
-        branches = (("reflection", reflected, specular + transparent * mirrored[:, None]),
-                    ("refraction", refracted, transparent * (1 - mirrored)[:, None]))
-        for branch, (kind, toward, share) in enumerate(branches):
+        fields = None if field is None else field[kept]
+        branches = (("reflection", reflected, specular + transparent * mirrored[:, None], facet,
+                     (np.abs(points.normal - facet) < FLAT).all(axis=1)),
+                    ("refraction", refracted, transparent * (1 - mirrored)[:, None], -facet, thin))
+        for branch, (kind, toward, share, normal, is_flat) in enumerate(branches):
             carried = weight * share
             some = np.flatnonzero(carried.max(axis=1) > FAINT)
             rays = Rays(points.position[some], toward[some], self._scene.surface[points.patch[some]])
-            hits = self._casters[kind].nearest(rays)
-            yield rays, hits, owner[some], carried[some], mix(key, 5 + branch), rank[some]
+            hits = self._casters[kind].nearest(rays) if fields is None else self._beyond(
+                kind, rays, fields[some], normal[some], np.flatnonzero(is_flat[some]))
+            yield rays, hits, owner[some], carried[some], mix(key, 5 + branch), rank[some], None
+
+    def _beyond(self, kind, rays, field, normal, flat):
+        """The hits of rays behind mirrors or panes, of which those numbered ``flat`` meet flat ones: some as frusta."""
+        cast, found = self._specular.nearest(_part(rays, flat), field[flat], normal[flat],
+                                             is_mirrored=kind == "reflection")
+        rows = np.concatenate([flat[cast], np.delete(np.arange(len(rays)), flat[cast])])
+        parts = self._casters[kind].count(found), self._casters[kind].nearest(_part(rays, rows[len(cast):]))
+        back = np.argsort(rows)
+        return Hits(**{name: np.concatenate([getattr(part, name) for part in parts])[back]
+                       for name in ("patch", "t", "u", "v", "tests", "steps")})
+
+
+def _part(rays, rows):
+    """Some of rays that go from surfaces."""
+    return Rays(rays.origin[rows], rays.direction[rows], rays.source[rows])
 
 
 @compiled

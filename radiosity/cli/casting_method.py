@@ -76,8 +76,8 @@ class CastingMethod(ABC):
 
     @abstractmethod
     def frusta(self, scene, *, cell: float | None, shadows: bool = False, **options) -> AbstractContextManager:
-        """A caster of frusta with ``counts()`` for the report, ``summary()`` for people, and ``ray_kinds``: the kinds
-        of rays of an image that it casts.
+        """A caster of frusta with ``counts()`` for the report, ``summary()`` for people, ``ray_kinds``, the kinds of
+        rays of an image that it casts, and ``specular_rays``, how many of the others it has cast.
 
         Parameters
         ----------

@@ -165,7 +165,8 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
         What the statistics call the caster of frusta.
     caster
         Gives, for the opened scene, a context manager of a caster of frusta with ``counts()``, ``summary()`` and
-        ``ray_kinds``, the kinds of rays that it casts; of None for that of the settings.
+        ``ray_kinds``, the kinds of rays that it casts, and ``specular_rays``, how many of others; of None for that of
+        the settings.
     workers, progress, estimate
         See `golden.render.two_pass.render`.
 
@@ -192,7 +193,7 @@ def render_scene(scene: str, view: View, settings: RenderSettings, files: Render
     stats, text = {**result.stats, "zenith": list(map(float, opened.up))}, f"{summary(result.stats)}\n{zenith}"
     if cast is not None:
         rays = {kind: counts["rays"] for kind, counts in stats["rays"].items()}
-        share = sum(rays.get(kind, 0) for kind in cast.ray_kinds) / max(1, sum(rays.values()))
+        share = (sum(rays.get(kind, 0) for kind in cast.ray_kinds) + cast.specular_rays) / max(1, sum(rays.values()))
         stats = {**stats, "settings": {**stats["settings"], "method": method},
                  method: {**cast.counts(), "share": share}}
         text += f"\n\n{cast.summary()}\n{share:.1%} of all rays by method {method}"

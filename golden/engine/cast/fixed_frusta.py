@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections import defaultdict
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -18,6 +19,7 @@ from golden.engine.cast.dense_windows import DenseWindows
 from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.cast.shadow_frusta import LEAST, shadow_frusta
 from golden.engine.cast.shelling import Shelling
+from golden.engine.cast.specular_frusta import SpecularCaster
 from golden.engine.config import Config, Icu
 from golden.engine.frustum import FrustumRecord, hemisphere_record, screen_record
 from golden.engine.frustum.shadow_record import ShadowRecord
@@ -63,6 +65,7 @@ class FixedFrusta(ABC):
         self._samples: tuple[GCoordinates | None, list[FrustumRecord]] = None, []
         self._geometry = PatchGeometry.of(scene, CONFIG.numbers)
         self._cast = self._machine(self._geometry)
+        self._beyond: dict[bytes, Callable] = {}
 
     @abstractmethod
     def _machine(self, geometry: PatchGeometry):
@@ -136,6 +139,28 @@ class FixedFrusta(ABC):
             return screen_record(fields, coordinates)
         self._sample(record, 1, coordinates)
         return _Bundles(self._oracle, cast, record, count=1, together=1).hits
+
+    def specular(self, screen: Screen, side: int) -> SpecularCaster:
+        """Caster of the rays of a picture, through the middles of the pixels' fields, behind flat mirrors and panes."""
+        return SpecularCaster(self._oracle, Screen(
+            camera=screen.camera, width=side * screen.width, height=side * screen.height), self)
+
+    def beyond(self, patches: np.ndarray, screen: Screen, number: np.ndarray) -> tuple[np.ndarray, ...]:
+        """The hits of some rays of a screen among some patches: patch among those, or -1, tests and steps, K int64."""
+        geometry = self._geometry_for(np.array([screen.camera.eye]))
+        key = b"".join(part.tobytes() for part in (patches, geometry.coordinates.points([[0] * 3, [1] * 3])))
+        if key not in self._beyond:
+            self._beyond[key] = self._some(geometry[patches])
+        return self._beyond[key](screen_record(screen, geometry.coordinates), number)
+
+    def _some(self, geometry: PatchGeometry):
+        """Function from a frustum and numbers of its rays to patch, tests and steps of each of those."""
+        cast = self._machine(geometry)
+
+        def some(record, number):
+            ((patch, tests, steps),) = cast([record])
+            return patch[number], tests[number], steps[number]
+        return some
 
     def shadows(self, rays: ShadowRays, *, least: int = LEAST) -> ShadowHits:
         """What is between points of lights and shaded points; see `shadow_frusta` for ``least``.

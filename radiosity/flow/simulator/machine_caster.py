@@ -10,6 +10,7 @@ from golden.base.progress_bar import progress_bar
 from golden.cast.density import Level
 from golden.engine.cast.fixed_frusta import CELL, CONFIG, SAMPLES, FixedFrusta, blocked_by_shelling, shares
 from golden.engine.cast.shadow_frusta import MOST_BITS
+from golden.engine.cast.specular_frusta import SpecularCaster
 from golden.engine.config import Config
 from golden.engine.frustum import FrustumRecord
 from golden.engine.frustum.bundle import Bundle
@@ -65,8 +66,8 @@ class MachineCaster(FixedFrusta):
     cells
         Frusta by cell size.
     kinds
-        Of ``hemispheres``, ``screens`` and ``shadow frusta``: frusta, rays, cycles and tests. Rays of a shadow frustum
-        are those of its list.
+        Of ``hemispheres``, ``screens``, ``specular frusta`` and ``shadow frusta``: frusta, rays, cycles and tests. Rays
+        of a shadow frustum are those of its list.
 
     Raises
     ------
@@ -87,6 +88,7 @@ class MachineCaster(FixedFrusta):
         self.cells: dict[float, int] = {}
         self.kinds: dict[str, dict[str, int]] = {}
         self._shadow_cells: _Cells | None = None
+        self._specular: SpecularCaster | None = None
         super().__init__(scene)
 
     @staticmethod
@@ -114,6 +116,11 @@ class MachineCaster(FixedFrusta):
         self._weights = None
         return super().screen(screen, side)
 
+    def specular(self, screen, side):
+        """See `FixedFrusta`."""
+        self._specular = super().specular(screen, side)
+        return self._specular
+
     def dense_hemispheres(self, density, hemisphere, points, frames, surfaces):
         """See `FixedFrusta`.
 
@@ -134,23 +141,39 @@ class MachineCaster(FixedFrusta):
         return super().dense_hemispheres(density, hemisphere, points, frames, surfaces)
 
     def _finer(self, geometry):
+        cast = self._windows(geometry)
+
+        def finer(windows, rays):
+            records = [one.record(level) for one, (level, _, _) in zip(windows, rays, strict=True)]
+            return [one.hits[row * record.columns + column] for one, record, (_, column, row) in zip(
+                cast(records, [ray[1:] for ray in rays]), records, rays, strict=True)]
+        return finer
+
+    def _some(self, geometry):
+        cast = self._windows(geometry, kind="specular frusta")
+
+        def some(record, number):
+            (one,) = cast([record], [np.divmod(number, record.columns)[::-1]])
+            return one.hits[number], *(shares(one.total(name), len(number)) for name in ("tested", "steps"))
+        return some
+
+    def _windows(self, geometry, kind=None):
+        """Function from frusta of the same rays, and columns and rows of rays of each, to their results."""
         config = self._simulated.config
         cells = _Cells(geometry, config, self._cell)
 
-        def cast(windows, rays):
-            records = [one.record(level) for one, (level, _, _) in zip(windows, rays, strict=True)]
+        def cast(records, rays):
             found = []
             # Their hits lie in main memory as if all of their rays were cast.
             together = max(1, self.together // len(records[0])) if records else 1
             for begin in range(0, len(records), together):
                 part = slice(begin, begin + together)
                 sections = [window_sections(column, row, columns=record.columns, rows=record.rows, config=config)
-                            for record, (_, column, row) in zip(records[part], rays[part], strict=True)]
+                            for record, (column, row) in zip(records[part], rays[part], strict=True)]
                 request = PhaseRequest(
                     geometry=geometry, table=self._table(cells, records[part], records[:1]), records=records[part],
                     windows=sections, hit_format=HitFormat.IDS)
-                found += [one.hits[row * record.columns + column] for one, record, (_, column, row) in zip(
-                    self._results(request), records[part], rays[part], strict=True)]
+                found += self._results(request, kind)
             return found
         return cast
 
@@ -158,6 +181,11 @@ class MachineCaster(FixedFrusta):
     def ray_kinds(self) -> tuple[str, ...]:
         """The kinds of rays of an image that the machine casts."""
         return ("hemisphere", "primary", *(("shadow",) if self._simulated.config.icu.shadow_bits else ()))
+
+    @property
+    def specular_rays(self) -> int:
+        """How many rays of an image it has cast behind mirrors and panes."""
+        return self._specular.rays if self._specular else 0
 
     def counts(self) -> dict[str, object]:
         """The members above."""
@@ -229,8 +257,8 @@ class MachineCaster(FixedFrusta):
         self.cells[cells.cell] = self.cells.get(cells.cell, 0) + len(records)
         return table
 
-    def _results(self, request: PhaseRequest) -> Iterator[FrustumResult]:
-        """The results of each frustum."""
+    def _results(self, request: PhaseRequest, kind: str | None = None) -> Iterator[FrustumResult]:
+        """The results of each frustum; ``kind`` names what they count as, by default of `KINDS`."""
         with progress_bar(desc="machine", unit="section", delay=2, leave=False, disable=not self._progress) as bar:
             done = self._simulated.run([request], progress=lambda completed: bar.update(completed - bar.n))
         (frusta,) = done.frusta
@@ -238,9 +266,9 @@ class MachineCaster(FixedFrusta):
                   "tests": sum(one.total("tested") for one in frusta)}
         self.jobs, self.frusta, self.rays = self.jobs + 1, self.frusta + counts["frusta"], self.rays + counts["rays"]
         self.cycles, self.tested = self.cycles + counts["cycles"], self.tested + counts["tests"]
-        kind = self.kinds.setdefault(KINDS[request.records[0].bundle], dict.fromkeys(counts, 0))
+        totals = self.kinds.setdefault(kind or KINDS[request.records[0].bundle], dict.fromkeys(counts, 0))
         for name, count in counts.items():
-            kind[name] += count
+            totals[name] += count
         return iter(frusta)
 
 

@@ -9,7 +9,7 @@ from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Rays
 from golden.cast.screen import Screen
 from golden.cast.shadow_rays import ShadowHits
-from golden.engine.cast.fixed_frusta import CELL, CONFIG, NaiveFixedFrusta, ShellingFrusta
+from golden.engine.cast.fixed_frusta import CELL, CONFIG, FixedFrusta, NaiveFixedFrusta, ShellingFrusta
 from golden.engine.cast.shelling import Shelling
 from golden.engine.frustum import hemisphere_record, screen_record
 from golden.engine.scene.patch_geometry import PatchGeometry
@@ -17,7 +17,9 @@ from golden.light.form_factors import PatchRows, hemisphere_sums
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
+from golden.scene.lights import PointLight
 from golden.scene.material import Material
+from tb.golden.cast.mirrors import CAMERA, mirror_room
 from tb.golden.light.cube import cube
 from tb.golden.light.scenes import rectangle, scene_of
 
@@ -240,3 +242,22 @@ def test_finer_rays_need_a_method_of_frusta():
         RenderSettings(method="grid", least_rays=4)
     with pytest.raises(InputError, match="Least must be 1 to 4096, not 0"):
         RenderSettings(method="shelling", least_rays=0)
+
+
+def test_mirrors_and_panes_show_what_single_rays_see(monkeypatch):
+    """But at borders of patches, which a frustum's rays may round to the other side of."""
+    scene = mirror_room(Material(name="wall", diffuse=(0.5, 0.6, 0.7)),
+                        Material(name="mirror", specular=(0.9, 0.9, 0.9)),
+                        Material(name="pane", transparent=(0.8, 0.8, 0.8), thin=True),
+                        lights=(PointLight(position=(0.2, -1, 2.8), intensity=(9, 9, 9)),))
+    settings = RenderSettings(width=160, height=100, samples=1, rays=(16, 4), max_edge=2.0, method="naive-fixed")
+    frusta = NaiveFixedFrusta(scene)
+    made = render(scene, camera=CAMERA, settings=settings, frusta=frusta)
+    monkeypatch.delattr(FixedFrusta, "specular")
+    alone = render(scene, camera=CAMERA, settings=settings, frusta=frusta)
+    for kind in "reflection", "refraction":
+        assert made.stats["rays"][kind]["rays"] == alone.stats["rays"][kind]["rays"] > 700
+        # Brute force tests all patches of a screen with each ray.
+        assert made.stats["rays"][kind]["tests"] > alone.stats["rays"][kind]["tests"]
+    other = ~np.isclose(made.image, alone.image, rtol=1e-6, atol=1e-9).all(axis=2)
+    assert other.mean() < 0.002

@@ -123,7 +123,7 @@ def test_every_measurement_has_the_efficacy(monkeypatch, tmp_path, rendered, dec
 class Frusta:
     """A caster of another method that does nothing."""
 
-    ray_kinds = ("primary", "hemisphere", "none")
+    ray_kinds, specular_rays = ("primary", "hemisphere", "none"), 7
 
     def counts(self):
         """A count."""
@@ -139,8 +139,8 @@ def test_a_method_states_its_share_of_all_rays(rendered):
     stats, text = written(RenderFiles(images=()), caster=caster)
     assert rendered["frusta"] is caster
     assert stats["settings"] == STATS["settings"] | {"method": "other"}
-    assert stats["other"] == {"jobs": 3, "share": 80 / 200}
-    assert text.endswith("three jobs\n40.0% of all rays by method other")
+    assert stats["other"] == {"jobs": 3, "share": 87 / 200}
+    assert text.endswith("three jobs\n43.5% of all rays by method other")
 
 
 @dataclass

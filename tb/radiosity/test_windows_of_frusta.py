@@ -1,4 +1,4 @@
-"""Finer rays around small patches on the machine: those of golden, with the closed forms' factors."""
+"""Windows of frusta on the machine: finer rays around small patches, and rays behind mirrors and panes."""
 
 from types import SimpleNamespace
 
@@ -8,13 +8,16 @@ import pytest
 from golden.base.errors import InputError
 from golden.cast.density import Density
 from golden.cast.hemisphere import Hemisphere
+from golden.cast.screen import Screen
 from golden.engine.cast.fixed_frusta import NaiveFixedFrusta
 from golden.engine.config import PRESETS
 from golden.light.form_factors import PatchRows
+from golden.scene.camera import Camera
 from golden.scene.open import open_scene
 from radiosity.flow.simulator.machine_caster import MachineCaster
 from radiosity.flow.simulator.simulated_machines import opened_machine
 from radiosity.flow.simulator.simulation_config import simulation_config
+from tb.golden.cast.mirrors import mirror_room, rays_behind
 from tb.golden.cast.small_squares import check_small_squares
 from tb.system.checked_machine import use_checked_machines
 from tb.system.job_machine import CONFIGS, TWO_CLUSTERS
@@ -41,6 +44,34 @@ def test_finer_rays_are_goldens(monkeypatch):
     assert 2 * count < counts["frusta"] <= 3 * count
     # Of a tile some rays may be of cells that are not divided.
     assert rays.sum() < counts["rays"] < count * (64 + 256 + 1024)
+
+
+@TWO_CLUSTERS
+@pytest.mark.parametrize("is_mirrored", [True, False])
+def test_rays_behind_planes_are_goldens(monkeypatch, is_mirrored):
+    use_checked_machines(monkeypatch)
+    scene, size = mirror_room(), (64, 40)
+    x = -0.9 if is_mirrored else 1.1
+    camera = Camera(eye=(x, -0.6, 1.4), target=(x, 2.5, 1.3), up=(0, 0, 1), fov=70)
+    rays, field, normal = rays_behind(scene, camera, size, is_mirrored=is_mirrored)
+    screen = Screen(camera=camera, width=size[0], height=size[1])
+
+    def behind(caster):
+        specular = caster.specular(screen, 1)
+        return specular, *specular.nearest(rays, field, normal, is_mirrored=is_mirrored)
+
+    _, expected_rows, expected = behind(NaiveFixedFrusta(scene))
+    with opened_machine(CONFIGS[2], policy=None, latency=10) as machine:
+        caster = MachineCaster(scene, machine, cell=0.5)
+        specular, rows, hits = behind(caster)
+    np.testing.assert_array_equal(rows, expected_rows)
+    for name in "patch", "t", "u", "v":
+        np.testing.assert_array_equal(getattr(hits, name), getattr(expected, name))
+    assert caster.specular_rays == specular.rays == len(rows) > 400
+    (name, counts), = caster.kinds.items()
+    assert (name, counts["frusta"]) == ("specular frusta", 1)
+    # Whole tiles, and not the whole screen.
+    assert len(rows) <= counts["rays"] < len(screen)
 
 
 @pytest.mark.parametrize(("preset", "why"), [
