@@ -93,21 +93,21 @@ class TestCtRayGenerator(Bench):
         check(self.came, given.about)
 
     def check_cycles(self, given, trace, component, config):
-        """The first ray comes after the latency, and the groups of a piece follow each other.
+        """Of the last subshell alone: the first ray comes after the latency, the groups of a piece follow each other.
 
-        The cycles of other pieces have no rule of latency, interval and capacity: a piece takes a search or none, by
-        the ends of arcs for which earlier searches are kept, while the rows of the next stages are looked for.
+        Other cycles have no rule of latency, interval and capacity: a piece takes a search or none, by the ends of arcs
+        for which earlier searches are kept, and the groups do not say where one piece ends and the next one begins.
         """
+        if len(given.inputs["i"]) > 1:
+            return
         rays, cycles = given.about.rays[2], trace.cycles["o"]
+        latency = documented_latency(CtRayGenerator, config, rows=rays.rows, columns=rays.columns)
+        assert cycles[0] == trace.ready("o", trace.cycles["i"][0] + latency)
         follow = [number for number, (before, item) in enumerate(pairwise(self.came), start=1) if item["count"] and (
             GRID_GROUP, item["stage"], item["row"], item["ray"] - GRID_GROUP) == tuple(
                 before[name] for name in ("count", "stage", "row", "ray"))]
+        assert follow
         assert [cycles[number] for number in follow] == [trace.ready("o", cycles[number - 1] + 1) for number in follow]
-        # All rays are those of the last subshell.
-        if len(given.inputs["i"]) == 1:
-            latency = documented_latency(CtRayGenerator, config, rows=rays.rows, columns=rays.columns)
-            assert cycles[0] == trace.ready("o", trace.cycles["i"][0] + latency)
-            assert follow
 
 
 @cache
