@@ -54,7 +54,8 @@ class SubshellGenerator(wiring.Component):
     Timing
     ------
     Latency: ``4`` cycles from ``i`` to the first subshell of a list, and the table's; 3 to the last one of an empty
-    list. An entry per cycle; stalls with ``o``.
+    list, 2 from the list's end to the last one. An entry per cycle; 8 entries are in flight. A list begins a cycle
+    after the last subshell of the one before.
 
     Golden counterpart: `golden.engine.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993, sections
     4.4.2.4 and 5.3.4.2.
