@@ -11,7 +11,7 @@ from benchmarks.report import benchmark, cell_text, provenance, table, write_rep
 from golden.engine.config import PRESETS, Config
 from golden.engine.jobs.result_formats import HitFormat
 from radiosity.cli.console import console
-from radiosity.cli.parameters import ASSIGNMENTS, AZIMUTHS, PRESET
+from radiosity.cli.parameters import ASSIGNMENTS, PRESET, rays_option
 from radiosity.flow.simulator.cast_report import cast_report
 from radiosity.flow.simulator.simulated_machine import SimulatedMachine
 from radiosity.flow.simulator.simulation_config import simulation_config
@@ -29,7 +29,7 @@ STALLS = ("traversal_waits_for_survival", "traversal_waits_for_rays", "traversal
 CASTS = 3
 # Cycles of main memory.
 LATENCY = 10
-RAYS = click.option("--rays", type=AZIMUTHS, default="256x64", help="Set the number of rays of each hemisphere.")
+RAYS = rays_option()
 
 
 def machine_config(preset: str, assignments: tuple[str, ...], rays: tuple[int, int], *, clusters: int = 1,

@@ -101,10 +101,12 @@ class Embree(RayCaster):
         # The model has their addresses.
         self._arrays = scene.vertices, _fields(scene, near & self._near.UPON != 0), rises, zones, scene.normals
         x, y, z = centre.tolist()
+        vertices, patches, rises, zones, normals = (one.ctypes.data for one in self._arrays)
         return kernel.Model(
-            nearest, together, blocked, kernel.judge.address, self._scene.address, x, y, z, scene.size, BACK, BEFORE,
-            SLACK, float(least), len(scene), surfaces, *(one.ctypes.data for one in self._arrays),
-            0 if scene.behind is None else scene.behind.ctypes.data)
+            nearest=nearest, together=together, blocked=blocked, judge=kernel.judge.address, scene=self._scene.address,
+            x=x, y=y, z=z, size=scene.size, back=BACK, before=BEFORE, slack=SLACK, least=float(least), count=len(scene),
+            surfaces=surfaces, vertices=vertices, patches=patches, rises=rises, zones=zones, normals=normals,
+            behind=0 if scene.behind is None else scene.behind.ctypes.data)
 
     def nearest(self, rays: Rays) -> Hits:
         """See the base class."""

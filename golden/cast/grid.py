@@ -57,7 +57,9 @@ class Grid(RayCaster):
 
     def _fill(self, cells):
         """Use these cells."""
-        self.cells = cells
+        from golden.cast.grid_kernel import GridScene
+
+        self.cells, scene = cells, self.oracle.scene
         # A border of cells around the grid, marked by a count of -1, ends a ray without a test of its indices.
         x, y, z = cells.shape + 2
         table = np.empty((x, y, z, 2), dtype=np.int32)
@@ -65,8 +67,10 @@ class Grid(RayCaster):
         inner, first = table[1:-1, 1:-1, 1:-1], cells.start[:-1].reshape(cells.shape)
         inner[..., 0] = first
         np.subtract(cells.start[1:].reshape(cells.shape), first, out=inner[..., 1], casting="unsafe")
-        self._table = table.reshape(-1, 2)
-        self._listed = cells.patch.astype(np.int32)
+        self._model = GridScene(
+            nearest=self.oracle.nearest, base=cells.base, margin=cells.margin, size=cells.size, shape=cells.shape,
+            table=table.reshape(-1, 2), listed=cells.patch.astype(np.int32), vertices=scene.vertices,
+            is_triangle=scene.is_triangle, surface=scene.surface)
 
     def _choose_cells(self, rays):
         """Replace the cells by ever smaller ones while that makes the trial rays cheaper."""
@@ -94,18 +98,17 @@ class Grid(RayCaster):
         return self._cast(rays, any_hit=True)
 
     def _cast(self, rays, *, any_hit):
-        from golden.cast.grid_kernel import cast
+        from golden.cast.grid_kernel import GridHits, GridRays, cast
 
         self.oracle.check(rays)
-        scene, cells, count = self.oracle.scene, self.cells, len(rays)
+        count = len(rays)
         patch, t, u, v = np.empty(count, dtype=np.int32), *np.empty((3, count))
         tests, steps = np.empty((2, count), dtype=np.int64)
 
         def part(rows):
-            cast(rays.origin[rows], rays.direction[rows], rays.source[rows], rays.target[rows], rays.tmax[rows],
-                 any_hit, self.oracle.nearest, cells.base, cells.margin, cells.size, cells.shape, self._table,
-                 self._listed, scene.vertices, scene.is_triangle, scene.surface,
-                 patch[rows], t[rows], u[rows], v[rows], tests[rows], steps[rows])
+            cast(self._model, GridRays(rays.origin[rows], rays.direction[rows], rays.source[rows], rays.target[rows],
+                                       rays.tmax[rows]), any_hit,
+                 GridHits(patch[rows], t[rows], u[rows], v[rows], tests[rows], steps[rows]))
 
         self._in_threads(part, count, least=FEWEST, shares=SHARES * self.jobs)
         return Hits(patch=patch, t=t, u=u, v=v, tests=tests, steps=steps)

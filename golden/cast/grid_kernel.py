@@ -1,27 +1,33 @@
 """The traversal of `golden.cast.grid.Grid` as a compiled function, ray by ray."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from golden.base.compiled import compiled
 from golden.cast.patch_kernel import dominant_axis, meet, position
 
-__all__ = ["cast"]
+__all__ = ["GridHits", "GridRays", "GridScene", "cast"]
 
 # A component of a direction this much smaller than the largest one moves no ray by a cell's margin.
 STILL = 2.0**-60
 
 
-@compiled
-def cast(origin, direction, source, target, tmax, any_hit, nearest, base, margin, size, shape, table, listed,
-         vertices, is_triangle, surface, patch_of, t_of, u_of, v_of, tests_of, steps_of):
-    """Cast R rays.
+class GridRays(NamedTuple):
+    """R rays, see `golden.cast.rays.Rays`."""
+
+    origin: np.ndarray
+    direction: np.ndarray
+    source: np.ndarray
+    target: np.ndarray
+    tmax: np.ndarray
+
+
+class GridScene(NamedTuple):
+    """Patches in cells.
 
     Parameters
     ----------
-    origin, direction, source, target, tmax
-        The rays, see `golden.cast.rays.Rays`.
-    any_hit
-        The first cell with a hit ends a ray.
     nearest
         Least distance of a hit in scene units.
     base, margin, size, shape
@@ -31,9 +37,47 @@ def cast(origin, direction, source, target, tmax, any_hit, nearest, base, margin
         patches' numbers.
     vertices, is_triangle, surface
         The scene's patches.
-    patch_of, t_of, u_of, v_of, tests_of, steps_of
-        The hits, see `golden.cast.rays.Hits`, which are written.
     """
+
+    nearest: float
+    base: np.ndarray
+    margin: float
+    size: float
+    shape: np.ndarray
+    table: np.ndarray
+    listed: np.ndarray
+    vertices: np.ndarray
+    is_triangle: np.ndarray
+    surface: np.ndarray
+
+
+class GridHits(NamedTuple):
+    """Hits of R rays, see `golden.cast.rays.Hits`."""
+
+    patch: np.ndarray
+    t: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    tests: np.ndarray
+    steps: np.ndarray
+
+
+@compiled
+def cast(scene, rays, any_hit, hits):
+    """Cast rays.
+
+    Parameters
+    ----------
+    scene, rays
+        A `GridScene`, and `GridRays`.
+    any_hit
+        The first cell with a hit ends a ray.
+    hits
+        `GridHits`, which are written.
+    """
+    origin, direction, source, target, tmax = rays
+    nearest, base, margin, size, shape, table, listed, vertices, is_triangle, surface = scene
+    patch_of, t_of, u_of, v_of, tests_of, steps_of = hits
     strides = ((shape[1] + 2) * (shape[2] + 2), shape[2] + 2, 1)
     p, inverse, moves, stride = np.empty(3), np.empty(3), np.empty(3, dtype=np.bool_), np.empty(3, dtype=np.int64)
     cross, plane, between = np.empty(3), np.empty(3), np.empty(3)

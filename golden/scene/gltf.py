@@ -26,6 +26,9 @@ PLACES = {"translation": "TRANSLATION", "rotation": "ROTATION", "scale": "SCALE"
 MOST_INSTANCES = 1 << 16
 """Most instances of nodes by an extension, each of which takes a part of a millisecond."""
 
+UNIT = 0.01
+"""Largest error of a rotation's length, which those in normalised bytes have."""
+
 STRAIGHT = 90 * (1 + 1e-6)
 """Largest angle of a cone in degrees, which rounds to 90 in float32."""
 
@@ -60,7 +63,7 @@ def split_glb(data: bytes) -> tuple[dict, bytes]:
         raise ValueError("it does not begin with JSON")
     if length > len(data) or 20 + chunk > length:
         raise ValueError(f"it is {len(data)} bytes long and should be {max(length, 20 + chunk)}")
-    tree, rest = json.loads(data[20:20 + chunk].decode("utf-8")), data[20 + chunk:length]
+    tree, rest = json.loads(data[20:20 + chunk].decode("utf-8-sig")), data[20 + chunk:length]
     if len(rest) < 8 or struct.unpack("<I", rest[4:8])[0] != BINARY_CHUNK:
         return tree, b""
     size = struct.unpack("<I", rest[:4])[0]
@@ -74,7 +77,10 @@ def _local(node: dict) -> np.ndarray:
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
     matrix = np.eye(4)
-    x, y, z, w = np.array(node.get("rotation", (0, 0, 0, 1)), dtype=np.float64)
+    rotation = np.array(node.get("rotation", (0, 0, 0, 1)), dtype=np.float64)
+    if not rotation.any():
+        raise InputError("a rotation is 0, which is no quaternion of length 1")
+    x, y, z, w = rotation / np.linalg.norm(rotation)
     matrix[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
                       [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
                       [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
@@ -100,8 +106,15 @@ def _walk(tree: dict):
         waiting.extend((child, matrix, depth + 1) for child in reversed(node.get("children", [])))
 
 
+def _add_lengths(rotations, unused: Unused) -> None:
+    """Counts rotations that are not of length 1, as K x 4 quaternions: programs take them differently."""
+    lengths = np.linalg.norm(np.array(rotations, dtype=np.float64).reshape(-1, 4), axis=1)
+    unused.add("length of a rotation", int((np.abs(lengths - 1) > UNIT).sum()))
+
+
 def _view(tree: dict, unused: Unused) -> View:
     """Camera and lights of the scene."""
+    _add_lengths([node["rotation"] for node in tree.get("nodes", ()) if "rotation" in node], unused)
     view = View()
     lights = tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
     for node, matrix in _walk(tree):
@@ -152,12 +165,13 @@ def _count(node: dict, tree: dict) -> int:
     return counts.pop() if counts else 1
 
 
-def _instances(node: dict, matrix: np.ndarray, buffers: GltfBuffers) -> list[np.ndarray]:
+def _instances(node: dict, matrix: np.ndarray, buffers: GltfBuffers, unused: Unused) -> list[np.ndarray]:
     """The 4 x 4 world matrices of a node's mesh."""
     columns = {name: buffers.values(number, "VEC4" if name == "rotation" else "VEC3").astype(np.float64).tolist()
                for name, number in _placed(node).items()}
     if not columns:
         return [matrix]
+    _add_lengths(columns.get("rotation", ()), unused)
     return [matrix @ _local(dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
 
 
@@ -181,7 +195,7 @@ def _mesh(tree: dict, buffers: GltfBuffers, unused: Unused) -> Mesh:
     total = sum(_count(node, tree) * _corners(tree, tree["meshes"][node["mesh"]]) for node, _ in nodes)
     if total > MOST_FACES:
         raise InputError(f"its nodes instance {total} triangles, at most {MOST_FACES} are read")
-    places = [(node["mesh"], placed) for node, matrix in nodes for placed in _instances(node, matrix, buffers)]
+    places = [(node["mesh"], placed) for node, matrix in nodes for placed in _instances(node, matrix, buffers, unused)]
     read: dict[int, list[GltfFaces]] = {}
     points, corners, indices, materials = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)], {}
     textures, offset, count = FaceTextures(), 0, 0
@@ -235,7 +249,7 @@ def read_gltf(path: Path) -> tuple[Mesh, View]:
     is_binary = path.suffix.lower() == ".glb"
     kind = "glb" if is_binary else "gltf"
     try:
-        tree, rest = split_glb(data) if is_binary else (json.loads(data.decode("utf-8")), b"")
+        tree, rest = split_glb(data) if is_binary else (json.loads(data.decode("utf-8-sig")), b"")
     except InputError:
         raise
     except (ValueError, RecursionError) as error:

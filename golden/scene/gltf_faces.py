@@ -161,6 +161,7 @@ class _Reader:
         texture = None if info is None else self._buffers.texture(info["index"], kind)
         if texture is None:
             return None, None, None
+        self._unused.add(f"further frames of {kind}", texture.has_frames)
         transform = info.get("extensions", {}).get(TRANSFORM, {})
         uv = self._at_corners(f"TEXCOORD_{transform.get('texCoord', info.get('texCoord', 0))}", "VEC2")
         if uv is None:

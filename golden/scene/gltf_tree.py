@@ -235,8 +235,8 @@ _NODE = _object(matrix=_list(_number, 16), rotation=_list(_number, 4), scale=_li
                 translation=_list(_number, 3), children=_list(_whole), camera=_whole, mesh=_whole,
                 extensions=_object(KHR_lights_punctual=_object(light=_whole),
                                    EXT_mesh_gpu_instancing=_object(("attributes",), attributes=_indices)))
-_MESH = _object(("primitives",), primitives=_list(_object(attributes=_indices, indices=_whole, material=_whole,
-                                                               mode=_one_of(*range(7)))))
+_MESH = _object(("primitives",), primitives=_list(_object(
+    attributes=_indices, indices=_whole, material=_whole, mode=_one_of(*range(7)), extensions=_object())))
 _COMPONENT = _one_of(*COMPONENTS)
 _SPARSE = _object(("count", "indices", "values"), count=_count, values=_object(
     ("bufferView",), bufferView=_count, byteOffset=_count), indices=_object(

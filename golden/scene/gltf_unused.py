@@ -40,14 +40,15 @@ def unused_of(tree: dict) -> Unused:
     lenses = sum("perspective" in camera for camera in tree.get("cameras", ()))
     unused.add("cameras beside the first", max(0, lenses - 1))
     unused.add("orthographic camera", len(tree.get("cameras", ())) - lenses)
-    # Some files do not declare the extensions of their materials.
-    extensions = (tree, *({"extensionsUsed": material.get("extensions", ())} for material in tree.get("materials", ())))
-    for name in dict.fromkeys(name for part in extensions for name in part.get("extensionsUsed", ())):
+    # Some files do not declare all extensions of their parts.
+    primitives = [primitive for mesh in tree.get("meshes", ()) for primitive in mesh["primitives"]]
+    parts = (tree, *primitives, *(part for kind in ("materials", "nodes", "textures") for part in tree.get(kind, ())))
+    for name in dict.fromkeys((*tree.get("extensionsUsed", ()), *(
+            name for part in parts for name in part.get("extensions", ())))):
         unused.add(f"extension {name}", name not in USED)
-    for mesh in tree.get("meshes", ()):
-        for primitive in mesh["primitives"]:
-            unused.add("points and lines", primitive.get("mode", 4) not in TRIANGLES)
-            unused.add("morph targets", bool(primitive.get("targets")))
+    for primitive in primitives:
+        unused.add("points and lines", primitive.get("mode", 4) not in TRIANGLES)
+        unused.add("morph targets", bool(primitive.get("targets")))
     for light in tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", ()):
         unused.add(f"{light.get('type')} light", light.get("type") not in LIGHTS)
         unused.add("range of a light", "range" in light)

@@ -170,10 +170,12 @@ def read_mtl(data: bytes, *, where: str, folder=None) -> dict[str, MtlMaterial]:
         elif stated is None:
             unused.add(f"{key!r} before any material")
         elif key in COUNTS and words and words[0] not in ("spectral", "xyz"):
+            unused.add(f"earlier {key!r} of a material", key in stated)
             stated[key] = _values(words, COUNTS[key], here)
             unused.add(f"'-halo' of {key!r}", "-halo" in words)
             unused.add(f"further values of {key!r}", len(words) - ("-halo" in words) > COUNTS[key])
         elif key == "map_Kd" and folder is not None and text:
+            unused.add("earlier 'map_Kd' of a material", name in pictures)
             pictures[name] = _picture(folder, text, here, unused)
         elif key not in SKIPPED:
             unused.add(f"{key!r}")
@@ -249,6 +251,7 @@ def _picture(folder, text: str, where: str, unused: Unused) -> dict:
     except (OSError, ValueError, InputError) as error:
         raise InputError(f"{where}: picture {path.name!r} cannot be read ({' '.join(str(error).split())})") from error
     unused.add("alpha of 'map_Kd'", texture.has_alpha)
+    unused.add("further frames of 'map_Kd'", texture.has_frames)
     return {"texture": texture, "picture": path, "scale": scale, "offset": offset}
 
 

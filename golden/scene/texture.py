@@ -53,6 +53,8 @@ class Texture:
     -------
     has_alpha
         Whether the picture states an opacity below 1, which is not used.
+    has_frames
+        Whether the file has further pictures, which are not used.
 
     Raises
     ------
@@ -67,6 +69,7 @@ class Texture:
         try:
             self.has_alpha = image.has_transparency_data and image.convert("RGBA").getextrema()[3][0] < 255
             self._pixels = _rgb(image)
+            self.has_frames = getattr(image, "is_animated", False)
         except (InputError, MemoryError):
             raise
         except Exception as error:  # PIL's decoders raise errors of any type for bad content

@@ -60,7 +60,7 @@ class JobDispatch(wiring.Component):
     Timing
     ------
     Latency: ``2`` cycles from a first word, and a request for it, to its first word at ``o``. A section takes 26
-    cycles and one for each word of near cells, a further one or two if its tiles are more than 2^14; stalls with ``i``.
+    cycles and one for each word of near cells; stalls with ``i``.
 
     Golden counterpart: `golden.engine.jobs.descriptor.check_descriptor`.
     """

@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.control.job_formats import JobFormats
+from hw.lib.checks import claim_steps
 
 __all__ = ["SectionTable"]
 
@@ -82,7 +83,10 @@ class SectionTable(wiring.Component):
                 pops.eq(aborts | (self.i_collected.valid & self.live & (self.i_collected.payload == k))),
                 self.waits[k].eq(counts[k] != 0),
                 self.restarts[k].eq((pushes & (counts[k] == 0)) | (pops & ~aborts))]
+            begins, ends = self.begins[k] & self.live, pops & (begun[k] != 0)
+            claim_steps(m, counts[k], up=pushes, down=pops, most=(1 << self._index_bits) - 1)
+            claim_steps(m, begun[k], up=begins, down=ends, most=(1 << self._index_bits) - 1)
             m.d.sync += [
                 counts[k].eq(counts[k] + pushes - pops), oldest[k].eq(oldest[k] + pops),
-                begun[k].eq(begun[k] + (self.begins[k] & self.live) - (pops & (begun[k] != 0)))]
+                begun[k].eq(begun[k] + begins - ends)]
         return m

@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats
+from hw.lib.checks import claim_steps
 from hw.lib.queue import Queue
 
 __all__ = ["ListError", "SubshellGenerator"]
@@ -54,7 +55,8 @@ class SubshellGenerator(wiring.Component):
     Timing
     ------
     Latency: ``4`` cycles from ``i`` to the first subshell of a list, and the table's; 3 to the last one of an empty
-    list. An entry per cycle; stalls with ``o``.
+    list, 2 from the list's end to the last one. An entry per cycle; 8 entries are in flight. A list begins a cycle
+    after the last subshell of the one before.
 
     Golden counterpart: `golden.engine.cast.cluster_casting.ClusterCasting.schedule`. Source: Shen 1993, sections
     4.4.2.4 and 5.3.4.2.
@@ -84,6 +86,7 @@ class SubshellGenerator(wiring.Component):
         m.d.comb += self.o_read.payload.eq(address)
         with m.If(requests):
             m.d.sync += [address.eq(address + 1), left.eq(left - 1)]
+        claim_steps(m, held, up=requests, down=leaves, most=ENTRIES)
         m.d.sync += held.eq(held + requests - leaves)
 
         # Entries are checked first: their fields are wider in memory than in the unit.

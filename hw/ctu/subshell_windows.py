@@ -63,8 +63,9 @@ class SubshellWindows(wiring.Component):
 
     Timing
     ------
-    ``latency`` cycles from a patch's first vertex to its window in a hemisphere, fewer of a screen. A subshell every
-    ``4 * interval`` cycles; stalls with ``o`` and ``o_patch`` and while vertices are missing.
+    ``latency`` cycles from a patch's first vertex to its window in a hemisphere, if the others follow at once, with
+    `Ipbb` in place of `Sbb` of a screen. A subshell every ``4 * interval`` cycles; stalls with ``o`` and ``o_patch``
+    and while vertices are missing. 4 subshells are in flight.
 
     Raises
     ------

@@ -13,6 +13,7 @@ from hw.ctu.near_window import NearWindow
 from hw.ctu.settle_sweep import SettleSweep
 from hw.ctu.square_scan import SquareScan, extent
 from hw.icu.section_clip import SectionClip
+from hw.lib.checks import claim_steps
 from hw.lib.credit_gate import CreditGate
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
@@ -179,6 +180,8 @@ class Survival(wiring.Component):
         m.d.comb += [admits.eq((reserved < SPLIT_GROUPS - 1) & ~comes),
                      group_gate.i.valid.eq(self.i.valid & ~few), group_gate.i.payload.eq(self.i.payload),
                      self.i.ready.eq(Mux(few, admits, group_gate.i.ready))]
+        claim_steps(m, reserved, up=(source.valid & source.ready) + (self.i.valid & few & admits),
+                    down=dies + split.leaves, most=SPLIT_GROUPS)
         m.d.sync += reserved.eq(
             reserved + (source.valid & source.ready) + (self.i.valid & few & admits) - dies - split.leaves)
         m.d.comb += [

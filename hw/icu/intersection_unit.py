@@ -36,8 +36,6 @@ COUNTERS = {
     "waits_for_slot": "cycles in which a vertex stalled for a patch slot",
     "waits_for_rays": "cycles with patches in flight and no ray issued"}
 COUNTER_BITS = 32
-# Cycles from the last ray of a list until its code can be read.
-LISTED = 15
 
 
 class IntersectionUnit(wiring.Component):
@@ -96,7 +94,7 @@ class IntersectionUnit(wiring.Component):
     A patch every four cycles, one ray per cycle, see `PatchSetup`, `IcRayGenerator` and `IntersectionPipeline`. A
     frustum is accepted ``5`` cycles after it is offered if nothing is in flight or read out; every
     2^``generation_bits`` - 1 frusta of a bank a cycle per ray of the section later, rounded up to a power of two, see
-    `RayMemory`; a shadow frustum 17 cycles after the last of its rays. At most ``slots`` patches are in flight.
+    `RayMemory`; a shadow frustum ``14`` cycles after the last of its rays. At most ``slots`` patches are in flight.
 
     Golden counterpart: `golden.engine.cast.naive_fixed.NaiveFixed`, `golden.engine.icu`. Source: Shen 1993, section
     5.3.5.
@@ -109,6 +107,9 @@ class IntersectionUnit(wiring.Component):
         self._setup = PatchSetup(config=config)
         self._memory = RayMemory(config=config, tag=0)
         self._pipeline = IntersectionPipeline(config=config, update_latency=self._memory.latency)
+        self._settle = SettleMap(config=config, tag=formats.tile_step)
+        # From the last ray of a list until its code can be read: registers before and behind the memory.
+        self.listed = 1 + self._memory.latency + 1 + self._settle.visible
         self._shadow = config.icu.shadow_bits > 0
         super().__init__({
             "i_frustum": In(stream.Signature(formats.frustum)),
@@ -129,7 +130,7 @@ class IntersectionUnit(wiring.Component):
         m.submodules.setup, m.submodules.pipeline = setup, pipeline = self._setup, self._pipeline
         m.submodules.memory = memory = self._memory
         m.submodules.generator = generator = IcRayGenerator(config=self._config)
-        m.submodules.settle = settle = SettleMap(config=self._config, tag=formats.tile_step)
+        m.submodules.settle = settle = self._settle
         m.submodules.read_out = read_out = (SectionReadOut if self._shadow else ReadOut)(config=self._config)
         m.submodules.sums = sums = self._sums
         m.submodules.tokens = tokens = Queue(formats.patch, depth=TOKENS)
@@ -283,17 +284,19 @@ class IntersectionUnit(wiring.Component):
         place = m.submodules.read_out.i_ray
         given, is_shadow, is_last = self.i_ray, self.i_frustum.payload.is_shadow, Signal()
         listed = Signal(StructLayout({"valid": 1, "payload": given.payload.shape()}))
-        waits, lists, begins = Signal(range(LISTED + 1)), Signal(), Signal()
+        # The last ray is known a cycle later.
+        last = self.listed - 1
+        waits, lists, begins = Signal(range(last + 1)), Signal(), Signal()
         comes = given.valid & given.ready
         m.d.comb += [
             memory.is_shadow.eq(is_shadow), given.ready.eq(lists & ~is_last),
-            begins.eq((begun & ~is_shadow) | (lists & (waits == LISTED) & ~accepts)),
+            begins.eq((begun & ~is_shadow) | (lists & (waits == last) & ~accepts)),
             pipeline.i_ray.valid.eq(listed.valid),
             *(pipeline.i_ray.payload[name].eq(listed.payload[name]) for name in ("ray", "x", "y")),
             place.valid.eq(comes), place.payload.bank.eq(memory.active),
             *(place.payload[name].eq(given.payload[name]) for name in ("ray", "is_ray", "last"))]
         m.d.sync += [listed.valid.eq(comes & given.payload.is_ray), listed.payload.eq(given.payload),
-                     waits.eq(waits + (is_last & (waits != LISTED)))]
+                     waits.eq(waits + (is_last & (waits != last)))]
         with m.If(begun):
             m.d.sync += [settle.settled.eq(is_shadow), lists.eq(is_shadow)]
         with m.If(comes & given.payload.last):

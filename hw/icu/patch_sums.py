@@ -148,6 +148,7 @@ class PatchSums(wiring.Component):
         is_first, touched = Signal(), Signal(formats.patch, reset_less=True)
         m.d.sync += [is_first.eq(sums.o.valid & made.tag.adds & (made.old == 0)), touched.eq(made.address)]
         claim(m, ~is_first | (count != depth), "the list has an entry")
+        claim(m, ~is_first | ~(begins | reads), "a hit is in the list before it is read")
         m.d.comb += [write.en.eq(is_first), write.addr.eq(count), write.data.eq(touched)]
         with m.If(is_first):
             m.d.sync += count.eq(count + 1)

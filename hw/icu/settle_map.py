@@ -80,6 +80,8 @@ class SettleMap(wiring.Component):
             "o_walk": Out(items({"tag": tag, "word": formats.settle_word})),
             "i_read": In(stream.Signature(formats.tile)), "o_read": Out(stream.Signature(formats.settle_word))})
         self.latency = 3
+        # A register, the writer's latency, and the write.
+        self.visible = 6
 
     def elaborate(self, platform):
         m = Module()

@@ -21,12 +21,28 @@ from radiosity.cli.golden.choices import (
     TORUS_STORAGES,
     VOLUME_SPLITTERS,
 )
-from radiosity.cli.parameters import ASSIGNMENTS, CELL, FILE, METHOD_CELL, PRESET, SCENE, SCENE_HELP, WholePair
+from radiosity.cli.parameters import (
+    ASSIGNMENTS,
+    AZIMUTHS,
+    CELL,
+    FILE,
+    METHOD_CELL,
+    PRESET,
+    SCENE,
+    SCENE_HELP,
+    WholePair,
+    rays_option,
+)
 
 __all__ = ["machine"]
 
 _SUPPLIES = ("pushed", "pulled", "main")
+_NODES = click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
+_LATENCY = click.option("--latency", type=click.IntRange(1, 10_000), default=10,
+                        help="Set the latency of main memory in cycles.")
+_SIZE = click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="Set the size of the screen.")
 _PNG = click.option("-o", "--output", type=FILE, help="Write the picture to this file: .png.")
+_STEPS = click.option("--steps", type=FILE, help="Write a picture of the regions after each step to this file: .png.")
 
 
 @click.group("machine", cls=CommandLine, no_args_is_help=False, short_help="Simulate machines of many clusters.")
@@ -34,20 +50,33 @@ def machine():
     """Simulate whole machines by discrete events, beyond what their hardware can be simulated with."""
 
 
-@machine.command("engine", cls=Task, named={"nodes": "--nodes", "groups": "--groups"}, epilog=SCENE_HELP, extra="sim",
-                 short_help="Simulate the engine with up to 1024 clusters.")
+def _command(name, about, named, **options):
+    """Make a function a command of the group.
+
+    Parameters
+    ----------
+    name, about, options
+        Its name, its line in the list of commands, and parameters of `Task`.
+    named
+        Values whose errors name an option: the value, and behind a colon the option if its name is another.
+    """
+    values = (word.partition(":") for word in named.split())
+    return machine.command(name, cls=Task, short_help=about, **options,
+                           named={value: f"--{option or value}" for value, _, option in values})
+
+
+@_command("engine", "Simulate the engine with up to 1024 clusters.", "nodes groups", epilog=SCENE_HELP, extra="sim")
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of clusters, a power of two up to 1024.")
 @click.option("--groups", type=int, help="Set the number of groups that cast a frustum each, a power of two."
               "  [default: a group for each cluster, but no more than frusta]")
 @click.option("--frusta", type=click.IntRange(1, 1 << 14), default=64, help="Cast this many hemispheres from points of "
               "the ceiling.")
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of each "
-              "hemisphere.")
+@rays_option()
 @METHOD_CELL
 @click.option("--hits", type=click.Choice(HIT_FORMATS), default="none", help="Have hits of this format written "
               "beside the sums.")
-@click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="Set the latency of main memory in cycles.")
+@_LATENCY
 @click.option("--casts", type=click.Path(file_okay=False, path_type=Path), help="Keep the casts in this folder, for "
               "machines of other sizes.")
 @PRESET
@@ -74,10 +103,8 @@ def engine(scene, nodes, groups, frusta, rays, cell, hits, latency, casts, prese
     console().report(report, _engine_text(report))
 
 
-@machine.command("paper", cls=Task, named={"nodes": "--nodes", "traversal_units": "--units", "ratio": "--ratio",
-                                           "samples": "--samples", "cell": "--cell", "azimuths": "--rays",
-                                           "polars": "--rays"},
-                 epilog=SCENE_HELP, extra="sim", short_help="Simulate the paper's machine with up to 1024 clusters.")
+@_command("paper", "Simulate the paper's machine with up to 1024 clusters.",
+          "nodes traversal_units:units ratio samples cell azimuths:rays polars:rays", epilog=SCENE_HELP, extra="sim")
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of intersection units, each of which is a cluster: "
               "a power of two up to 1024.")
@@ -88,11 +115,10 @@ def engine(scene, nodes, groups, frusta, rays, cell, hits, latency, casts, prese
 @click.option("--steps", type=click.IntRange(1, 1000), default=1, help="Cast this many refinement steps.")
 @click.option("--samples", type=click.IntRange(1, 16), default=1, help="Cast hemispheres from this many points along "
               "each side of a step's patch.")
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="256x64", help="Set the number of rays of each "
-              "hemisphere.")
+@rays_option()
 @CELL
 @click.option("--ratio", type=int, default=64, help="Cast one ray of so many at low density, a power of two.")
-@click.option("--latency", type=click.IntRange(1, 10_000), default=10, help="Set the latency of main memory in cycles.")
+@_LATENCY
 @PRESET
 @ASSIGNMENTS
 def paper(scene, nodes, units, supply, steps, samples, rays, cell, ratio, latency, preset, assignments):
@@ -113,12 +139,10 @@ def paper(scene, nodes, units, supply, steps, samples, rays, cell, ratio, latenc
         sys.exit(1)
 
 
-@machine.command("gather", cls=Task, named={"nodes": "--nodes", "patches": "--patches", "memory": "--memory",
-                                            "azimuths": "--rays", "polars": "--rays", "completion": "--completion",
-                                            "seed": "--seed"},
-                 epilog=SCENE_HELP, short_help="Simulate gathering on a hypercube of up to 1024 nodes.")
+@_command("gather", "Simulate gathering on a hypercube of up to 1024 nodes.",
+          "nodes patches memory azimuths:rays polars:rays completion seed", epilog=SCENE_HELP)
 @SCENE
-@click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
+@_NODES
 @click.option("--scheme", type=click.Choice(GATHER_SCHEMES), default="demand-driven", help="Choose who makes which "
               "row, and where patches are.")
 @click.option("--assignment", type=click.Choice(GATHER_ASSIGNMENTS), help="Choose how patches are dealt before rows "
@@ -130,8 +154,7 @@ def paper(scene, nodes, units, supply, steps, samples, rays, cell, ratio, latenc
 @click.option("--completion", type=click.Choice(GATHER_COMPLETIONS), help="Redistribute the matrix in equal shares, "
               "and complete split rows in this way.  [default: rows stay whole, where they were made]")
 @click.option("--patches", type=int, help="Halve the largest patches until there are so many.")
-@click.option("--rays", type=WholePair("AZIMUTHSxPOLARS"), default="64x32", help="Set the number of rays of each "
-              "hemisphere.")
+@rays_option("64x32")
 @click.option("--memory", type=int, default=4 << 20, help="Set the bytes of a node's memory.")
 @click.option("--steps", type=FILE, help="Write a picture of the rows in the nodes over time to this file: .png.")
 def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completion, patches, rays, memory, steps):
@@ -172,13 +195,11 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
     console().report(report, _gather_text(report))
 
 
-@machine.command("koan", cls=Task, named={"nodes": "--nodes", "page_bytes": "--page", "cache": "--cache",
-                                          "item": "--item", "size": "--size", "width": "--size",
-                                          "height": "--size", "cell": "--cell",
-                                          "azimuths": "--radiosity", "polars": "--radiosity"},
-                 epilog=SCENE_HELP, short_help="Simulate ray tracing in shared pages on up to 1024 nodes.")
+@_command("koan", "Simulate ray tracing in shared pages on up to 1024 nodes.",
+          "nodes page_bytes:page cache item size width:size height:size cell azimuths:radiosity polars:radiosity",
+          epilog=SCENE_HELP)
 @SCENE
-@click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
+@_NODES
 @click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="128x128", help="Set the size of the picture in "
               "pixels.")
 @click.option("--page", type=int, default=4096, help="Set the bytes of a page, a power of two.")
@@ -188,7 +209,7 @@ def gather(scene, nodes, scheme, assignment, granularity, seed, solver, completi
               "tiles whose items are passed along a ring, tiles alone, or items dealt in turn.")
 @CELL
 @click.option("--offload", is_flag=True, help="Have a device beside each processor handle messages.")
-@click.option("--radiosity", "rays", type=WholePair("AZIMUTHSxPOLARS"), help="Make form factors by hemispheres of so "
+@click.option("--radiosity", "rays", type=AZIMUTHS, help="Make form factors by hemispheres of so "
               "many rays, and solve for the radiosity, instead of a picture.")
 @_PNG
 @click.option("--pages", type=click.Path(dir_okay=False, path_type=Path), help="Write a chart of who holds which page "
@@ -254,7 +275,7 @@ def _koan_text(report):
         f"{report['drops']} pages dropped, {report['invalidations']} invalidations",
         "{messages} messages, {words} words; {ring_requests} requests for items, {ring_hops} hops".format(
             **report["traffic"]),
-        *(line.replace("cluster", "node") for line in _node_lines(report)),
+        *_node_lines(report, "node"),
         f"picture {report['picture']}"])
 
 
@@ -269,14 +290,9 @@ def _shared_text(report):
         f"F {report['F']}", f"radiosity {report['radiosity']}"])
 
 
-_STEPS = click.option("--steps", type=FILE, help="Write a picture of the regions after each step to this file: .png.")
-_SIZE = click.option("--size", type=WholePair("WIDTHxHEIGHT"), default="512x512", help="Set the size of the screen.")
-
-
-@machine.command("merge", cls=Task, named={"nodes": "--nodes", "width": "--size", "height": "--size"},
-                 epilog=SCENE_HELP, short_help="Simulate pictures merged by up to 1024 nodes.")
+@_command("merge", "Simulate pictures merged by up to 1024 nodes.", "nodes width:size height:size", epilog=SCENE_HELP)
 @SCENE
-@click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
+@_NODES
 @click.option("--scheme", type=click.Choice(MERGE_SCHEMES), default="aapc", help="Choose who sends pixels to whom: "
               "around a ring, along the rows and columns of a mesh, by pairs, or from each to all.")
 @click.option("--division", type=click.Choice(MERGE_DIVISIONS), help="Choose how scanlines are divided among nodes."
@@ -313,10 +329,9 @@ def merge(scene, nodes, scheme, division, full, size, output, steps):
     console().report(report, _merge_text(report))
 
 
-@machine.command("volume", cls=Task, named={"nodes": "--nodes", "width": "--size", "height": "--size",
-                                            "grid": "--grid", "seed": "--seed", "mesh": "--mesh"},
-                 short_help="Simulate volumes drawn by regions on up to 1024 nodes.")
-@click.option("--nodes", type=int, default=16, help="Set the number of nodes, a power of two up to 1024.")
+@_command("volume", "Simulate volumes drawn by regions on up to 1024 nodes.",
+          "nodes width:size height:size grid seed mesh")
+@_NODES
 @click.option("--splitter", type=click.Choice(VOLUME_SPLITTERS), default="hs", help="Choose how the screen is split.")
 @click.option("--mesh", type=int, help="Set the cells along each side of the mesh of the splitters mahd, hcs and gs."
               "  [default: 512 for mahd, 128 for hcs and gs, or what fits the screen]")
@@ -365,7 +380,7 @@ def _merge_text(report):
             **report["phases"]),
         "{messages} messages, {words} words, {concurrent_words} of them one after the other".format(
             **report["traffic"]),
-        *(line.replace("cluster", "node") for line in _node_lines(report)), f"picture {report['picture']}"])
+        *_node_lines(report, "node"), f"picture {report['picture']}"])
 
 
 def _volume_text(report):
@@ -378,13 +393,11 @@ def _volume_text(report):
         f"{report['splitting_seconds']:.3f} s, drawing {drawing['seconds']:.3f} s, speedup {drawing['speedup']:.2f}",
         f"most over average triangles {report['balance']:.3f}, growth {100 * report['growth']:.1f} %",
         "{messages} messages, {words} words".format(**report["traffic"]),
-        *(line.replace("cluster", "node") for line in _node_lines(report)), f"picture {report['picture']}"])
+        *_node_lines(report, "node"), f"picture {report['picture']}"])
 
 
-@machine.command("torus", cls=Task, named={"nodes": "--nodes", "rows": "--size", "columns": "--size",
-                                           "subdivisions": "--voxels", "growth": "--growth", "delay": "--delay",
-                                           "seed": "--seed", "buffer": "--buffer", "pixels": "--size"},
-                 epilog=SCENE_HELP, short_help="Simulate rays that travel on a torus of up to 1024 nodes.")
+@_command("torus", "Simulate rays that travel on a torus of up to 1024 nodes.",
+          "nodes rows:size columns:size subdivisions:voxels growth delay seed buffer pixels:size", epilog=SCENE_HELP)
 @SCENE
 @click.option("--nodes", type=int, default=16, help="Set the number of nodes, a square number up to 1024.")
 @click.option("--size", type=WholePair("ROWSxCOLUMNS"), default="150x150", help="Set the size of the picture.")
@@ -445,7 +458,7 @@ def _torus_text(report):
         "{passed} rays passed, {packets} packets of {values} values, {rows_given} rows given; {messages} messages, "
         "{busiest_link} on the busiest link".format(**traffic),
         "visits of the state packet to a node: " + ", ".join(f"{name} {most}" for name, most in visits.items()),
-        *(line.replace("cluster", "node") for line in _node_lines(report)),
+        *_node_lines(report, "node"),
         f"picture {report['picture']}"])
 
 
@@ -462,7 +475,7 @@ def _gather_text(report):
         f"{iterations} iterations; redistribution {solution['redistribution_seconds']:.3f} s, renumbering "
         f"{solution['renumbering_seconds']:.3f} s",
         "{messages} messages, {words} words, {circulated_words} of patches that travelled".format(**report["traffic"]),
-        *(line.replace("cluster", "node") for line in _node_lines(report)),
+        *_node_lines(report, "node"),
         f"F {report['F']}", f"radiosity {report['radiosity']}"])
 
 
@@ -483,8 +496,8 @@ def _paper_text(report):
         *_node_lines(report)])
 
 
-def _node_lines(report):
-    return [f"{name.replace('_', ' ')} of a cluster: {counts['least']} to {counts['most']}, mean {counts['mean']:.1f}"
+def _node_lines(report, kind="cluster"):
+    return [f"{name.replace('_', ' ')} of a {kind}: {counts['least']} to {counts['most']}, mean {counts['mean']:.1f}"
             for name, counts in report["of_a_node"].items()]
 
 

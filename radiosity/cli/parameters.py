@@ -1,6 +1,7 @@
 """Types of options and arguments that several commands have."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -10,7 +11,7 @@ from radiosity.cli.console import console
 from radiosity.cli.golden.choices import PRESETS, SCENE_SUFFIXES
 
 __all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "LEAST_RAYS", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP",
-           "ZENITH", "CellSize", "Numbers", "Place", "Positive", "WholePair"]
+           "ZENITH", "CellSize", "Numbers", "Place", "Positive", "WholePair", "rays_option"]
 
 FILE = click.Path(path_type=Path)
 PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
@@ -63,6 +64,11 @@ class WholePair(click.ParamType):
 
 
 AZIMUTHS = WholePair("AZIMUTHSxPOLARS")
+
+
+def rays_option(default: str = "256x64") -> Callable:
+    """The option ``--rays`` of hemispheres."""
+    return click.option("--rays", type=AZIMUTHS, default=default, help="Set the number of rays of each hemisphere.")
 
 
 _COUNTS = {2: "two", 3: "three", 4: "four"}

@@ -11,6 +11,7 @@ from golden.base.plural import counted
 from golden.light.factors.exchange import net_exchange, script_f
 from golden.light.factors.patch_error import PatchError
 from golden.light.factors.view_factors import ViewFactors
+from golden.scene.file_text import number as number_of
 
 __all__ = ["exchange"]
 
@@ -111,7 +112,7 @@ def _read_table(path: Path, factors: ViewFactors) -> tuple[dict, list[str]]:
 def _number(path, line, name, word):
     """The value of a cell, NaN of an empty one."""
     try:
-        return float(word) if word and word.strip() else np.nan
+        return number_of(word.strip()) if word and word.strip() else np.nan
     except ValueError:
         raise InputError(f"{path}: line {line}: {name.capitalize()} must be a number, not {word!r}") from None
 

@@ -1,9 +1,11 @@
 """Rays of a shell for cell traversal, and the cells that golden meets with them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from golden.engine.config import Config
-from golden.engine.ctu.cell_traversal import NEVER, POSITION_FRACTION
+from golden.engine.ctu.cell_traversal import NEVER, POSITION_FRACTION, Traversal
 from golden.engine.ctu.grid_rays import FRACTION
 from golden.engine.stimulus.ctu.cell_traversal import BLOCK
 from tb.lib.vectors import Vectors
@@ -16,13 +18,21 @@ ONE = 1 << POSITION_FRACTION
 
 
 def rays(config: Config, given: dict) -> Vectors:
-    """Rays of one shell, and in ``about`` the cells that golden meets with them."""
+    """Rays of one shell, and in ``about`` the cells that golden meets with them, and how many items each ray has."""
     items = [{"tag": number, "direction": direction, "begin": int(given["begin"]),
               "length": int(given["end"] - given["begin"])}
              for number, direction in enumerate(given["direction"].tolist())]
+    traversal = Traversal(given["place"], given["direction"], begin=int(given["begin"]), end=int(given["end"]),
+                          shape=given["shape"])
+    steps = np.zeros(len(items), dtype=int)
+    while len(traversal.ray):
+        steps[traversal.ray] += 1
+        traversal.advance()
     return Vectors(
-        inputs={"i": items}, expected={}, ports={"origin": given["place"].tolist(), "shape": given["shape"].tolist()},
-        about=[[cell for cell in row if cell >= 0] for row in BLOCK.expect(given, config)["cells"].tolist()])
+        inputs={"i": items}, expected={"o": [None] * int(np.maximum(steps, 1).sum())},
+        ports={"origin": given["place"].tolist(), "shape": given["shape"].tolist()}, about=SimpleNamespace(
+            cells=[[cell for cell in row if cell >= 0] for row in BLOCK.expect(given, config)["cells"].tolist()],
+            items=np.maximum(steps, 1).tolist()))
 
 
 def long_rays(config: Config, *, side: int = 18, along: float = 0) -> Vectors:

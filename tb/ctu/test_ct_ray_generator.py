@@ -29,8 +29,8 @@ CHANGES = {"ctu.run_ahead": 15}
 
 def requests(stages):
     """Golden's requests; see `check`."""
-    return Vectors(inputs={"i": stages.items}, first={"i_table": stages.tables}, ports=stages.ports, expected={},
-                   about=stages)
+    return Vectors(inputs={"i": stages.items}, first={"i_table": stages.tables}, ports=stages.ports,
+                   expected={"o": [None] * len(stages.requests)}, about=stages)
 
 
 def check(came, stages):
@@ -77,7 +77,7 @@ class TestCtRayGenerator(Bench):
         return requests(WindowStages(kind, config, seed=seed, sector=sector, last_shell=3 + seed % 3))
 
     def latency(self, component, config):
-        # It depends on the shell: see `check_times`.
+        # It depends on the shell: see `check_cycles`.
         return 0
 
     @responder("o", "i_over", after=(3, 43))
@@ -89,12 +89,25 @@ class TestCtRayGenerator(Bench):
         return bool(came["o"]) and self.values("o", {"o": came["o"][-1:]})[0]["final"]
 
     def check(self, given, came):
-        check(self.values("o", came), given.about)
+        self.came = self.values("o", came)
+        check(self.came, given.about)
 
-    def check_times(self, given, cycles, latency):
-        rays = given.about.rays[2]
-        assert cycles["o"][0] - cycles["i"][0] == documented_latency(
-            CtRayGenerator, self.config(), rows=rays.rows, columns=rays.columns)
+    def check_cycles(self, given, trace, component, config):
+        """Of the last subshell alone: the first ray comes after the latency, the groups of a piece follow each other.
+
+        Other cycles have no rule of latency, interval and capacity: a piece takes a search or none, by the ends of arcs
+        for which earlier searches are kept, and the groups do not say where one piece ends and the next one begins.
+        """
+        if len(given.inputs["i"]) > 1:
+            return
+        rays, cycles = given.about.rays[2], trace.cycles["o"]
+        latency = documented_latency(CtRayGenerator, config, rows=rays.rows, columns=rays.columns)
+        assert cycles[0] == trace.ready("o", trace.cycles["i"][0] + latency)
+        follow = [number for number, (before, item) in enumerate(pairwise(self.came), start=1) if item["count"] and (
+            GRID_GROUP, item["stage"], item["row"], item["ray"] - GRID_GROUP) == tuple(
+                before[name] for name in ("count", "stage", "row", "ray"))]
+        assert follow
+        assert [cycles[number] for number in follow] == [trace.ready("o", cycles[number - 1] + 1) for number in follow]
 
 
 @cache

@@ -278,8 +278,11 @@ def test_a_high_section_of_one_word_across_behind_a_wide_one():
 
 @pytest.mark.sim
 def test_what_lies_behind_column_0():
-    """Of a window that goes round all squares count, whichever of its rows they are in."""
-    case = Case(config_of({"ctu.pyramid_levels": 2}), 11, screen=False, whole=True)
+    """Of a window that goes round all squares count, whichever of its rows they are in, and no others.
+
+    Words are of 8 x 8 rays: a window has several rows of them.
+    """
+    case = Case(config_of({"ctu.pyramid_levels": 2, "icu.tile_bits": 1}), 11, screen=False, whole=True)
     columns, rows = case.record.columns, case.record.rows
     firsts = {ray: int(grid.first_column.ravel()[number]) for ray, (grid, number) in case.requested.items()}
     coverage = Coverage(["goes on by what lies behind column 0"])

@@ -128,13 +128,13 @@ async def the_same_patch_after_every_number_of_cycles(dut):
 
 @cocotb.test()
 async def a_sum_that_overflows_is_flagged(dut):
-    """Those beside it are not, and the next section begins at 0."""
+    """Also if the last weight makes no carry; those beside it are not, and the next section begins at 0."""
     await start(dut, cycles=20_000)
     bench = SumsBench(dut)
     await bench.ports.send("i_table", TABLE)
     large, small = ROWS + 1, 0
     for patch, row in (([1, 2, 1, 3, 1, 1], [large] * 6), ([1, 2, 3], [large] * 3),
-                       ([9, 9, 8, 9], [large, small, large, large]), ([9, 8], [small] * 2)):
+                       ([9, 9, 8, 9], [large, small, large, small]), ([9, 8], [small] * 2)):
         await bench.cast(patch, row)
     assert Counter(item["overflow"] for item in bench.expected)[1] == 2
     await bench.compare()

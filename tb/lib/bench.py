@@ -86,8 +86,6 @@ class Bench:
         Names in the docstring's formulas that are neither parameters of the configuration nor arguments.
     splits
         Each stall pattern has items of its own; otherwise each one has all of them.
-    check_times
-        A method in place of `predict`: asserts of vectors, the cycles of transfers without stalls, and the latency.
     idle_limit
         A run ends after this many cycles without a transfer, and the latency.
     now, shapes
@@ -113,7 +111,6 @@ class Bench:
     cycles = 10_000
     span, chances = 150, CHANCES
     constant: Collection[str] = ()
-    check_times: Callable | None = None
     now: Vectors
     shapes: Mapping
 
@@ -185,8 +182,6 @@ class Bench:
 
     def check_cycles(self, given: Vectors, trace: Trace, component, config: Config) -> None:
         """Compare the cycle of every transfer with the predicted one."""
-        if self.check_times is not None:
-            return
         predicted = self.predict(given, trace, component, config)
         wrong = [(min(came, cycle), f"{name}: item {k} of {len(expected)} is transferred in cycle {came}, not {cycle}")
                  for name, expected in predicted.items()
@@ -266,11 +261,11 @@ class Bench:
         """Half of the items come without stalls, half of them with."""
         self.now, self.shapes = given, {name: payload_shape(component.signature, name)
                                         for name in streams_of(component.signature)[Out]}
-        random, waits, half = Random(seed), self.interval - 1, {}
+        random, waits = Random(seed), self.interval - 1
         items = {}
         for name, values in given.inputs.items():
-            half[name] = -(-len(values) // 2 // self.per_result) * self.per_result
-            items[name] = [((waits if number else 2) + (random.randrange(4) if number >= half[name] else 0), value)
+            half = -(-len(values) // 2 // self.per_result) * self.per_result
+            items[name] = [((waits if number else 2) + (random.randrange(4) if number >= half else 0), value)
                            for number, value in enumerate(values)]
             waits = 0
         can_wait = [name for name in streams_of(component.signature)[Out]
@@ -283,14 +278,6 @@ class Bench:
         self.check(given, bench.came)
         if timed:
             self.check_cycles(given, bench.trace, component, config)
-            if self.check_times is not None:
-                self.check_times(given, self.unstalled(given, bench.cycles, half), latency)
-
-    def unstalled(self, given: Vectors, cycles: dict[str, list[int]], half: dict[str, int]) -> dict[str, list[int]]:
-        """The transfers of the first halves."""
-        (first, *_) = given.inputs
-        return {name: times[:half[first] * len(times) // max(1, len(given.inputs[first]))]
-                for name, times in cycles.items()}
 
     def test_in_the_simulator(self, simulator):
         """All regimes."""

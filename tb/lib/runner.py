@@ -53,7 +53,8 @@ _FLAGS = {
 # memories.
 _QUICK = OPTIMIZATION.replace(" ", r"\ ")
 _MAKE = (f"-j2 -- OPT_FAST={_QUICK} OPT_SLOW=-O0 OPT_GLOBAL={_QUICK} "
-         "CFG_CXXFLAGS_PCH=-fsyntax-only VK_PCH_I_FAST=-includeVtop__pch.h VK_PCH_I_SLOW=-includeVtop__pch.h")
+         "CFG_CXXFLAGS_PCH=-fsyntax-only "
+         "VK_PCH_I_FAST=-include$$(VM_PREFIX)__pch.h VK_PCH_I_SLOW=-include$$(VM_PREFIX)__pch.h")
 # What a run needs of a build.
 _PROGRAM = {"verilator": "top", "icarus": "sim.vvp"}
 # For `pytest.mark.parametrize`. `tb/lib/test_joint.py` has what a commit's tests run in Verilator.

@@ -30,6 +30,10 @@ class Trace:
     stalled: dict[str, set[int]] = field(default_factory=dict)
     cycles: dict[str, list[int]] = field(default_factory=dict)
 
+    def ready(self, name: str, cycle: int) -> int:
+        """The first cycle from one on in which an output's sink is ready."""
+        return next(one for one in count(cycle) if one not in self.stalled[name])
+
 
 class Stage:
     """A part of the path of items."""

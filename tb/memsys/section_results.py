@@ -1,5 +1,6 @@
 """Sections with their hits and sums, as items of the result writer, and the beats and requests that they become."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import groupby
 from random import Random
@@ -17,8 +18,9 @@ from golden.engine.jobs.result_formats import (
     result_bytes,
     section_rays,
 )
+from tb.lib.stages import Trace
 
-__all__ = ["FULL_GROUP", "SectionResults", "drawn_section", "joined"]
+__all__ = ["FULL_GROUP", "Packing", "SectionResults", "drawn_section", "joined"]
 
 # Beats of the longest request.
 FULL_GROUP = 16
@@ -114,6 +116,46 @@ def requests_of(beats: list[dict]) -> list[list[dict]]:
             part = []
     assert not part
     return parts
+
+
+class Packing:
+    """When hits and sums are accepted, as the docstring of `hw.memsys.results.result_packer.ResultPacker` says.
+
+    Parameters
+    ----------
+    data_bits
+        Of a beat.
+    trace
+        When hits and sums are offered.
+    found
+        By stream the cycles in which they are accepted.
+    leave
+        From the first cycle of a beat's offer, and the beat, to the cycle in which it is accepted.
+    """
+
+    def __init__(self, data_bits: int, trace: Trace, found: dict[str, list[int]],
+                 leave: Callable[[int, dict], int]):
+        self._bits, self._found, self._leave, self._left = data_bits, found, leave, 0
+        self._offered = {name: iter(trace.offered[name]) for name in ("i_hit", "i_sum")}
+
+    def add(self, one: SectionResults, now: int) -> int:
+        """A section that begins in a cycle; gives the cycle of its last sum."""
+        beats, missing, lanes = iter(one.beats(self._bits)), 0, self._bits // 32
+        size = one.command.hit_format.bytes // 4
+        hit, total = [min(size, lanes)] * max(1, size // lanes), [2 * (one.command.sums and bool(one.sums))]
+        for name, parts in [("i_hit", hit)] * len(one.hit_items) + [("i_sum", total)] * len(one.sum_items):
+            now = max(now, next(self._offered[name]) - 1)
+            for part in parts:
+                # While a beat is full nothing is accepted; it is offered a cycle after its last lanes.
+                now = max(now + 1, self._left)
+                if part and not missing:
+                    beat = next(beats)
+                    missing = beat["lanes"].bit_count()
+                missing -= part
+                if part and not missing:
+                    self._left = self._leave(now + 1, beat)
+            self._found[name].append(now)
+        return now
 
 
 def drawn_section(seed: int, config: Config, *, base: int = 0, side: int = 12, **given) -> SectionResults:

@@ -69,7 +69,7 @@ def test_rays_behind_planes_are_goldens(monkeypatch, is_mirrored):
         np.testing.assert_array_equal(getattr(hits, name), getattr(expected, name))
     assert caster.specular_rays == specular.rays == len(rows) > 400
     (name, counts), = caster.kinds.items()
-    assert (name, counts["frusta"]) == ("screens", 1)
+    assert (name, counts["frusta"]) == ("specular frusta", 1)
     # Whole tiles, and not the whole screen.
     assert len(rows) <= counts["rays"] < len(screen)
 

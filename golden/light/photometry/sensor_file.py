@@ -6,6 +6,7 @@ import numpy as np
 
 from golden.base.errors import InputError
 from golden.light.photometry.sensors import Sensors
+from golden.scene.file_text import lines_of, numbers
 from golden.scene.parser import check_regular
 
 __all__ = ["read_sensors"]
@@ -29,9 +30,9 @@ def read_sensors(path: Path) -> Sensors:
     """
     check_regular(path)
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
+        lines = lines_of(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
     position, normal, plane, planes, count = [], [], [], 0, 0
     for number, line in enumerate(lines, 1):
         words = line.partition("#")[0].replace(",", " ").split()
@@ -56,24 +57,24 @@ def read_sensors(path: Path) -> Sensors:
 
 def _numbers(words, form):
     try:
-        numbers = np.array([float(word) for word in words])
+        values = np.array(numbers(words))
     except ValueError:
-        numbers = np.zeros(0)
-    if len(numbers) != len(form.split()):
+        values = np.zeros(0)
+    if len(values) != len(form.split()):
         raise InputError(f"Values must be the numbers {form}, not {' '.join(words)!r}")
-    return numbers
+    return values
 
 
 def _point(words):
-    numbers = _numbers(words, "x y z nx ny nz")
-    return numbers[None, :3], numbers[3:]
+    values = _numbers(words, "x y z nx ny nz")
+    return values[None, :3], values[3:]
 
 
 def _plane(words):
-    numbers = _numbers(words, "x y z ux uy uz vx vy vz m n")
-    corner, along, up = numbers[:9].reshape(3, 3)
-    steps = numbers[9:]
-    if not (np.isfinite(numbers).all() and (steps >= 1).all() and (steps == np.floor(steps)).all()):
+    values = _numbers(words, "x y z ux uy uz vx vy vz m n")
+    corner, along, up = values[:9].reshape(3, 3)
+    steps = values[9:]
+    if not (np.isfinite(values).all() and (steps >= 1).all() and (steps == np.floor(steps)).all()):
         raise InputError(f"Steps of a plane must be whole numbers of at least 1, not {' '.join(words[9:])!r}")
     if steps.prod() > MOST:
         raise InputError(f"Sensors must be at most {MOST}, not {steps.prod():g}")

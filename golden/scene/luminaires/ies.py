@@ -99,7 +99,9 @@ def _photometry(words, tilt, *, has_type, unused):
     values = words.numbers(vertical * horizontal, "candela values").reshape(horizontal, vertical)
     unused.add("height of the luminous opening", height != 0)
     planes, candela = _whole_turn(planes, values * (multiplier * ballast * lamp))
-    # Negative sizes are diameters.
+    # Negative sizes are diameters. LM-63-1995 states that of a round opening as the width alone.
+    if width < 0 and not length:
+        length = width
     metres = _FOOT if unit == 1 else 1.0
     return PhotometryFile(gamma=gamma, planes=planes, candela=candela,
                           opening=(abs(length) * metres, abs(width) * metres))

@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from golden.engine.memory_map import REGIONS
+from hw.lib.checks import claim_steps
 from hw.memsys.load.image_header import TABLES, ImageHeader
 from hw.memsys.load.image_layout import COUNT_BITS, RegionNumber, halves
 from hw.memsys.load.patch_extents import PatchExtents
@@ -218,8 +219,10 @@ class PreloadDma(wiring.Component):
         # Those that the reader holds, and one for each word that the check holds.
         extents = max(2, self._config.memory.outstanding) + words.latency + 1
         in_flight = Signal(range(extents + 1))
-        m.d.sync += in_flight.eq(in_flight + (records.i.valid & records.i.ready) + (patches.o.valid & patches.o.ready)
-                                 - (words.o.valid & words.o.ready & words.o.payload.last))
+        begins, patch_begins, ends = (records.i.valid & records.i.ready, patches.o.valid & patches.o.ready,
+                                      words.o.valid & words.o.ready & words.o.payload.last)
+        claim_steps(m, in_flight, up=begins + patch_begins, down=ends, most=extents)
+        m.d.sync += in_flight.eq(in_flight + begins + patch_begins - ends)
         return in_flight
 
     def _add_words(self, m, *, words, patches, code, emits, ids_only, own):

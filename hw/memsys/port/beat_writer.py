@@ -6,6 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
+from hw.lib.checks import claim_steps
 from hw.lib.queue import Queue
 from hw.memsys.port.memory_formats import MemoryFormats
 from hw.memsys.results.result_formats import LANE_BITS, ResultFormats, lanes_of
@@ -101,6 +102,7 @@ class BeatWriter(wiring.Component):
         # Requests that have been accepted, and not all of whose beats have left.
         granted, data = Signal(range(REQUESTS + 1)), self.o_data
         sends = data.valid & data.ready & beats.o.payload.ends
+        claim_steps(m, granted, up=accepts, down=sends, most=REQUESTS)
         m.d.sync += granted.eq(granted + accepts - sends)
         m.d.comb += [
             data.valid.eq(granted.any()), data.payload.data.eq(beats.o.payload.data),

@@ -6,6 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
+from hw.lib.checks import claim_steps
 from hw.lib.queue import Queue
 from hw.memsys.port.fault import Fault
 from hw.memsys.port.memory_formats import MemoryFormats
@@ -132,10 +133,11 @@ class WriteEngine(wiring.Component):
             leaves.eq(order.o.valid & free & (~head.issued | gives_up | (response.valid & expected))),
             order.o.ready.eq(leaves), response.ready.eq(gives_up | ~expected | (order.o.valid & head.issued & free)),
             answers.eq(response.valid & response.ready & expected)]
-        m.d.sync += [outstanding.eq(outstanding + (enters & issues) - answers),
-                     accepted.eq(accepted + (self.o_data.valid & self.o_data.ready & self.o_data.payload.last)
-                                 - answers),
-                     queued.eq(queued + (enters & issues) - (leaves & head.issued))]
+        ends = self.o_data.valid & self.o_data.ready & self.o_data.payload.last
+        for count, up, down in ((outstanding, enters & issues, answers), (accepted, ends, answers),
+                                (queued, enters & issues, leaves & head.issued)):
+            claim_steps(m, count, up=up, down=down, most=slots)
+            m.d.sync += count.eq(count + up - down)
         with m.If(self.o.ready):
             m.d.sync += self.o.valid.eq(0)
         with m.If(leaves):

@@ -66,8 +66,8 @@ class MachineCaster(FixedFrusta):
     cells
         Frusta by cell size.
     kinds
-        Of ``hemispheres``, ``screens`` and ``shadow frusta``: frusta, rays, cycles and tests. Rays of a shadow frustum
-        are those of its list.
+        Of ``hemispheres``, ``screens``, ``specular frusta`` and ``shadow frusta``: frusta, rays, cycles and tests. Rays
+        of a shadow frustum are those of its list.
 
     Raises
     ------
@@ -150,14 +150,14 @@ class MachineCaster(FixedFrusta):
         return finer
 
     def _some(self, geometry):
-        cast = self._windows(geometry)
+        cast = self._windows(geometry, kind="specular frusta")
 
         def some(record, number):
             (one,) = cast([record], [np.divmod(number, record.columns)[::-1]])
             return one.hits[number], *(shares(one.total(name), len(number)) for name in ("tested", "steps"))
         return some
 
-    def _windows(self, geometry):
+    def _windows(self, geometry, kind=None):
         """Function from frusta of the same rays, and columns and rows of rays of each, to their results."""
         config = self._simulated.config
         cells = _Cells(geometry, config, self._cell)
@@ -173,7 +173,7 @@ class MachineCaster(FixedFrusta):
                 request = PhaseRequest(
                     geometry=geometry, table=self._table(cells, records[part], records[:1]), records=records[part],
                     windows=sections, hit_format=HitFormat.IDS)
-                found += self._results(request)
+                found += self._results(request, kind)
             return found
         return cast
 
@@ -257,8 +257,8 @@ class MachineCaster(FixedFrusta):
         self.cells[cells.cell] = self.cells.get(cells.cell, 0) + len(records)
         return table
 
-    def _results(self, request: PhaseRequest) -> Iterator[FrustumResult]:
-        """The results of each frustum."""
+    def _results(self, request: PhaseRequest, kind: str | None = None) -> Iterator[FrustumResult]:
+        """The results of each frustum; ``kind`` names what they count as, by default of `KINDS`."""
         with progress_bar(desc="machine", unit="section", delay=2, leave=False, disable=not self._progress) as bar:
             done = self._simulated.run([request], progress=lambda completed: bar.update(completed - bar.n))
         (frusta,) = done.frusta
@@ -266,9 +266,9 @@ class MachineCaster(FixedFrusta):
                   "tests": sum(one.total("tested") for one in frusta)}
         self.jobs, self.frusta, self.rays = self.jobs + 1, self.frusta + counts["frusta"], self.rays + counts["rays"]
         self.cycles, self.tested = self.cycles + counts["cycles"], self.tested + counts["tests"]
-        kind = self.kinds.setdefault(KINDS[request.records[0].bundle], dict.fromkeys(counts, 0))
+        totals = self.kinds.setdefault(kind or KINDS[request.records[0].bundle], dict.fromkeys(counts, 0))
         for name, count in counts.items():
-            kind[name] += count
+            totals[name] += count
         return iter(frusta)
 
 

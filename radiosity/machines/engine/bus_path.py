@@ -10,6 +10,7 @@ import numpy as np
 
 from golden.base.compiled import compiled
 from golden.engine.config import Memsys
+from radiosity.machines.common.columns import columns
 from radiosity.machines.common.timing_numbers import PositiveNumbers
 from radiosity.machines.engine.cache_lines import CacheLines, access_line, cache_lines
 
@@ -17,9 +18,11 @@ __all__ = ["BusPath", "BusTiming", "bus_cycle", "bus_path", "bus_waits", "fetche
 
 _NEVER = -1
 # Numbers of the path: requests that wait, requests granted, fetches, the last answer, and the last fill.
-_WAITING, _GRANTED, _FETCHED, _ANSWERED, _FILLED = range(5)
-_TIMES = ("request", "hit", "fetch", "next_fetch", "words", "beats")
-_REQUEST, _HIT, _FETCH, _NEXT_FETCH, _WORDS, _BEATS = range(6)
+_Number = columns("_Number", "WAITING GRANTED FETCHED ANSWERED FILLED")
+_Time = columns("_Time", "REQUEST HIT FETCH NEXT_FETCH WORDS BEATS")
+# Of a request that waits: the patch, and when it may be granted; of a cluster: requests granted, and all of them.
+_Request = columns("_Request", "PATCH MADE")
+_End = columns("_End", "GRANTED ALL")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,30 +112,32 @@ def bus_path(timing: BusTiming, memsys: Memsys, *, clusters: int, kept: np.ndarr
     lines = cache_lines(memsys, lines=memsys.patch_lines)
     for patch in kept:
         access_line(lines, int(patch))
-    return BusPath(
-        np.array([getattr(timing, name) for name in _TIMES], dtype=np.int64), np.zeros(5, dtype=np.int64),
-        np.zeros((clusters, timing.outstanding, 2), dtype=np.int64), np.zeros((clusters, 2), dtype=np.int64),
-        np.zeros(timing.fetches, dtype=np.int64), np.zeros(timing.requests, dtype=np.int64), lines)
+    def array(*shape):
+        return np.zeros(shape, dtype=np.int64)
+
+    return BusPath(np.array([getattr(timing, name.lower()) for name in _Time._fields], dtype=np.int64),
+                   array(len(_Number)), array(clusters, timing.outstanding, len(_Request)), array(clusters, len(_End)),
+                   array(timing.fetches), array(timing.requests), lines)
 
 
 def fetched(path: BusPath) -> int:
     """Patches that have been read from main memory."""
-    return int(path.numbers[_FETCHED])
+    return int(path.numbers[_Number.FETCHED])
 
 
 @compiled
 def bus_waits(path: BusPath) -> bool:
     """Whether a request waits for the bus."""
-    return path.numbers[_WAITING] > 0
+    return path.numbers[_Number.WAITING] > 0
 
 
 @compiled
 def request_on_bus(path: BusPath, time: int, cluster: int, patch: int) -> None:
     """A cluster requests a patch, the scene's number of it."""
-    entry = path.waiting[cluster, path.ends[cluster, 1] % path.waiting.shape[1]]
-    entry[0], entry[1] = patch, time + path.latency[_REQUEST]
-    path.ends[cluster, 1] += 1
-    path.numbers[_WAITING] += 1
+    entry = path.waiting[cluster, path.ends[cluster, _End.ALL] % path.waiting.shape[1]]
+    entry[_Request.PATCH], entry[_Request.MADE] = patch, time + path.latency[_Time.REQUEST]
+    path.ends[cluster, _End.ALL] += 1
+    path.numbers[_Number.WAITING] += 1
 
 
 @compiled
@@ -145,14 +150,14 @@ def bus_cycle(path: BusPath, time: int) -> tuple[int, int]:
     for cluster in range(len(path.ends)):
         begin, end = path.ends[cluster]
         if begin < end:
-            made = path.waiting[cluster, begin % path.waiting.shape[1], 1]
+            made = path.waiting[cluster, begin % path.waiting.shape[1], _Request.MADE]
             if made < first:
                 chosen, first = cluster, made
     if chosen == _NEVER:
         return _NEVER, 0
-    patch = path.waiting[chosen, path.ends[chosen, 0] % path.waiting.shape[1], 0]
-    path.ends[chosen, 0] += 1
-    path.numbers[_WAITING] -= 1
+    patch = path.waiting[chosen, path.ends[chosen, _End.GRANTED] % path.waiting.shape[1], _Request.PATCH]
+    path.ends[chosen, _End.GRANTED] += 1
+    path.numbers[_Number.WAITING] -= 1
     return chosen, _answer(path, time, patch)
 
 
@@ -161,20 +166,20 @@ def _answer(path, time, patch):
     """When a patch can be read whose request is granted now."""
     numbers, latency = path.numbers, path.latency
     # A request more than the cache has in flight is looked up when the oldest one has been answered.
-    request = numbers[_GRANTED] % len(path.answers)
+    request = numbers[_Number.GRANTED] % len(path.answers)
     time = max(time, path.answers[request])
     if access_line(path.cache, patch):
-        ready = time + latency[_HIT]
+        ready = time + latency[_Time.HIT]
     else:
-        fetch = numbers[_FETCHED] % len(path.fills)
-        ready = max(time + latency[_FETCH], numbers[_FILLED] + latency[_WORDS])
-        if numbers[_FETCHED] >= len(path.fills):
-            ready = max(ready, path.fills[fetch] + latency[_NEXT_FETCH])
-        numbers[_FILLED] = ready
-        numbers[_FETCHED] += 1
+        fetch = numbers[_Number.FETCHED] % len(path.fills)
+        ready = max(time + latency[_Time.FETCH], numbers[_Number.FILLED] + latency[_Time.WORDS])
+        if numbers[_Number.FETCHED] >= len(path.fills):
+            ready = max(ready, path.fills[fetch] + latency[_Time.NEXT_FETCH])
+        numbers[_Number.FILLED] = ready
+        numbers[_Number.FETCHED] += 1
         path.fills[fetch] = ready
-    ready = max(ready, numbers[_ANSWERED] + latency[_BEATS])
-    numbers[_ANSWERED] = ready
+    ready = max(ready, numbers[_Number.ANSWERED] + latency[_Time.BEATS])
+    numbers[_Number.ANSWERED] = ready
     path.answers[request] = ready
-    numbers[_GRANTED] += 1
+    numbers[_Number.GRANTED] += 1
     return ready

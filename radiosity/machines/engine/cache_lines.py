@@ -10,12 +10,13 @@ import numpy as np
 from golden.base.compiled import compiled
 from golden.engine.config import Memsys
 from golden.engine.memsys.bus.cache_policy import CachePolicy
+from radiosity.machines.common.columns import columns
 
 __all__ = ["CacheLines", "access_line", "cache_lines"]
 
 _EMPTY = -1
 # Numbers of a cache: whether use counts decide, their largest value, accesses so far, and the line that is filled next.
-_BY_COUNT, _TOP, _ACCESSES, _NEXT = range(4)
+_Number = columns("_Number", "BY_COUNT TOP ACCESSES NEXT")
 
 
 class CacheLines(NamedTuple):
@@ -50,21 +51,21 @@ def cache_lines(memsys: Memsys, *, lines: int) -> CacheLines:
 def access_line(cache: CacheLines, key: int) -> bool:
     """Access a key, which is in a line from now on: whether it was before."""
     numbers, row = cache.numbers, key % len(cache.keys)
-    numbers[_ACCESSES] += 1
+    numbers[_Number.ACCESSES] += 1
     ways = cache.keys.shape[1]
     for way in range(ways):
         if cache.keys[row, way] == key:
-            cache.used[row, way] = (min(cache.used[row, way] + 1, numbers[_TOP]) if numbers[_BY_COUNT]
-                                    else numbers[_ACCESSES])
+            cache.used[row, way] = (min(cache.used[row, way] + 1, numbers[_Number.TOP]) if numbers[_Number.BY_COUNT]
+                                    else numbers[_Number.ACCESSES])
             return True
     # Of lines used as often, or never, the first one from the next line on.
-    chosen = numbers[_NEXT]
+    chosen = numbers[_Number.NEXT]
     for step in range(1, ways):
-        way = (numbers[_NEXT] + step) % ways
+        way = (numbers[_Number.NEXT] + step) % ways
         if cache.used[row, way] < cache.used[row, chosen]:
             chosen = way
     cache.keys[row, chosen] = key
-    cache.used[row, chosen] = 1 if numbers[_BY_COUNT] else numbers[_ACCESSES]
-    if numbers[_BY_COUNT]:
-        numbers[_NEXT] = (chosen + 1) % ways
+    cache.used[row, chosen] = 1 if numbers[_Number.BY_COUNT] else numbers[_Number.ACCESSES]
+    if numbers[_Number.BY_COUNT]:
+        numbers[_Number.NEXT] = (chosen + 1) % ways
     return False

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from golden.base.compiled import compiled
+from radiosity.machines.common.columns import columns
 from radiosity.machines.common.event_heap import EventHeap, event_heap, next_time, pop, push
 from radiosity.machines.engine.cluster_timing import ClusterTiming
 
@@ -16,28 +17,26 @@ __all__ = ["KEPT", "NO_CLUSTER", "ON_BUS", "OVER_NETWORK", "THROUGH_STORE", "Clu
            "apply_event", "arrive", "begin_cast", "clock", "end_cast", "fetch", "free", "last_end", "next_begin",
            "next_stage", "request_remote", "tested"]
 
-_CELL, _CLOSE, _LIST, _FILTER, _GEOMETRY, _FREE, _DONE = range(7)
-# Numbers of a cast. The front: when the next stage's first request may follow, on traversal's own clock. The shift: the
-# cycles in which traversal has stalled, by which that clock is late.
-(_FRONT, _SHIFT, _STALLED, _PERMITTED, _STARTED, _CLOSED, _OVER, _CELL_PENDING, _CELLS_LEFT, _CELLS_TAKEN, _LISTING,
- _ENTRIES_LEFT, _LIST_END, _ENTRIES_TAKEN, _FILTERING, _FOUND, _READ, _READING, _OFFERED, _ENTERED, _SLOTS, _READY,
- _WALKED, _DONE_COUNT, _CLOSE_PENDING, _OFFER_TIME, _QUIET, _FREED, _SELF, _AVAILABLE, _OWN, _LAST,
- _PASSED, _UNLISTED) = range(34)
-# Numbers of patches that others hold, by path: found, requested and read.
-_REMOTE_FOUND, _REMOTE_SENT, _REMOTE_READ, _NUMBERS = range(34, 46, 3)
+_Event = columns("_Event", "CELL CLOSE LIST FILTER GEOMETRY FREE DONE")
+# The front: when the next stage's first request may follow, on traversal's own clock. The shift: the cycles in which
+# traversal has stalled, by which that clock is late. Of patches that others hold there are three numbers each, one for
+# each path: found, requested and read.
+_Cast = columns("_Cast", "FRONT SHIFT STALLED PERMITTED STARTED CLOSED OVER CELL_PENDING CELLS_LEFT CELLS_TAKEN "
+                "LISTING ENTRIES_LEFT LIST_END ENTRIES_TAKEN FILTERING FOUND READ READING OFFERED ENTERED SLOTS READY "
+                "WALKED DONE_COUNT CLOSE_PENDING OFFER_TIME QUIET FREED SELF AVAILABLE OWN LAST PASSED UNLISTED "
+                "REMOTE_FOUND REMOTE_SENT REMOTE_READ END", (*range(34), *range(34, 46, 3)))
 # Paths to patches that others hold: clusters over the network, what no cluster holds over the bus; and the patch store
 # in front of both.
 OVER_NETWORK, ON_BUS, THROUGH_STORE = range(3)
 # Instead of the cluster that holds a patch: none does, and the patch store has a copy.
 NO_CLUSTER, KEPT = -2, -3
 # States of the lists' server: nothing to do, an entry in the next cycle, no free entry behind it.
-_IDLE, _BUSY, _BLOCKED = range(3)
+_Lists = columns("_Lists", "IDLE BUSY BLOCKED")
 _NEVER = -1
 _EVENTS = 512
-_LIMITS = ("traversal", "memory", "vertices", "setup", "walk", "pipeline", "over", "cells", "lists", "entries",
-           "requests", "waiting")
-(_TRAVERSAL, _MEMORY, _VERTICES, _SETUP, _WALK, _PIPELINE, _OVER_CYCLES, _CELLS, _LISTS, _ENTRIES, _REQUESTS, _WAITING,
- _ALL_SLOTS, _BEFORE_STORE, _AHEAD) = range(15)
+# Numbers of `ClusterTiming`, and others behind them.
+_Limit = columns("_Limit", "TRAVERSAL MEMORY VERTICES SETUP WALK PIPELINE OVER CELLS LISTS ENTRIES REQUESTS WAITING "
+                 "ALL_SLOTS BEFORE_STORE AHEAD")
 
 
 class StageItems(NamedTuple):
@@ -119,10 +118,10 @@ def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slo
         Patches of others that may be found and not read where nothing requests them: they can be read at once.
         Default: they are requested.
     """
-    numbers = np.zeros(_NUMBERS, dtype=np.int64)
-    numbers[_FRONT], numbers[_STALLED], numbers[_QUIET], numbers[_FREED] = timing.begin, _NEVER, _NEVER, _NEVER
-    numbers[_SELF] = number
-    limits = [getattr(timing, name) for name in _LIMITS]
+    numbers = np.zeros(_Cast.END, dtype=np.int64)
+    numbers[[_Cast.STALLED, _Cast.QUIET, _Cast.FREED]] = _NEVER
+    numbers[_Cast.FRONT], numbers[_Cast.SELF] = timing.begin, number
+    limits = [getattr(timing, name.lower()) for name in _Limit._fields[:_Limit.ALL_SLOTS]]
     # Behind the last stage there is none to wait.
     ahead = np.append(np.where(barriers[1:], 0, run_ahead), run_ahead)
     return ClusterCast(event_heap(_EVENTS), numbers,
@@ -134,24 +133,24 @@ def begin_cast(timing: ClusterTiming, *, patches: int, barriers: np.ndarray, slo
 @compiled
 def clock(cast: ClusterCast, time: int) -> int:
     """A time on traversal's own clock, which stops while traversal stalls."""
-    return time - cast.numbers[_SHIFT]
+    return time - cast.numbers[_Cast.SHIFT]
 
 
 @compiled
 def last_end(cast: ClusterCast) -> int:
     """When the last item so far ended."""
-    return cast.numbers[_LAST]
+    return cast.numbers[_Cast.LAST]
 
 
 def tested(cast: ClusterCast, time: int) -> int:
     """Patches whose last ray has ended by then, the first ones in the order of discovery."""
-    return int(np.searchsorted(cast.ends[:cast.numbers[_ENTERED]], time, side="right"))
+    return int(np.searchsorted(cast.ends[:cast.numbers[_Cast.ENTERED]], time, side="right"))
 
 
 def free(cast: ClusterCast) -> int:
     """When the cluster could use the next section: all requests had been accepted, and nothing was before the slots."""
     numbers = cast.numbers
-    return int(numbers[_FREED] if numbers[_FREED] != _NEVER else max(numbers[_QUIET], _closed(numbers)))
+    return int(numbers[_Cast.FREED] if numbers[_Cast.FREED] != _NEVER else max(numbers[_Cast.QUIET], _closed(numbers)))
 
 
 @compiled
@@ -182,10 +181,10 @@ def add_stage(cast: ClusterCast, items: StageItems, begin: int, cycles: int, nea
         It is the list of near cells, which is no stage of requests.
     """
     numbers = cast.numbers
-    numbers[_FRONT] = begin - numbers[_SHIFT] + cycles
+    numbers[_Cast.FRONT] = begin - numbers[_Cast.SHIFT] + cycles
     if not near:
-        numbers[_STARTED] += 1
-        cast.closes[numbers[_STARTED] - 1] = numbers[_FRONT] + cast.limits[_TRAVERSAL]
+        numbers[_Cast.STARTED] += 1
+        cast.closes[numbers[_Cast.STARTED] - 1] = numbers[_Cast.FRONT] + cast.limits[_Limit.TRAVERSAL]
         _schedule_close(cast, begin)
     _schedule_cell(cast, items, begin)
 
@@ -195,8 +194,8 @@ def next_part(cast: ClusterCast, items: StageItems) -> int:
     """Advance until the requests so far of the present stage are accepted: the cycle in which they are."""
     numbers = cast.numbers
     while True:
-        begin, following = numbers[_FRONT] + numbers[_SHIFT], next_time(cast.heap)
-        if numbers[_STALLED] == _NEVER and (following == _NEVER or following > begin):
+        begin, following = numbers[_Cast.FRONT] + numbers[_Cast.SHIFT], next_time(cast.heap)
+        if numbers[_Cast.STALLED] == _NEVER and (following == _NEVER or following > begin):
             return begin
         _advance(cast, items)
 
@@ -205,8 +204,8 @@ def next_part(cast: ClusterCast, items: StageItems) -> int:
 def add_part(cast: ClusterCast, items: StageItems, begin: int, cycles: int) -> None:
     """Further requests of the present stage begin, which take so many cycles."""
     numbers = cast.numbers
-    numbers[_FRONT] = begin - numbers[_SHIFT] + cycles
-    cast.closes[numbers[_STARTED] - 1] = numbers[_FRONT] + cast.limits[_TRAVERSAL]
+    numbers[_Cast.FRONT] = begin - numbers[_Cast.SHIFT] + cycles
+    cast.closes[numbers[_Cast.STARTED] - 1] = numbers[_Cast.FRONT] + cast.limits[_Limit.TRAVERSAL]
     _schedule_cell(cast, items, begin)
 
 
@@ -215,7 +214,7 @@ def end_cast(cast: ClusterCast, items: StageItems) -> int:
     """Advance until no event waits: the cycle in which the last item ended."""
     while next_time(cast.heap) != _NEVER:
         _advance(cast, items)
-    return cast.numbers[_LAST]
+    return cast.numbers[_Cast.LAST]
 
 
 @compiled
@@ -229,36 +228,36 @@ def _advance(cast, items):
 def apply_event(cast: ClusterCast, items: StageItems, time: int, kind: int) -> None:
     """An event that was scheduled happens."""
     numbers, limits = cast.numbers, cast.limits
-    if kind == _CELL:
-        numbers[_CELL_PENDING] = 0
-        if numbers[_CELLS_LEFT] - numbers[_PASSED] == limits[_CELLS]:
-            numbers[_STALLED] = time
+    if kind == _Event.CELL:
+        numbers[_Cast.CELL_PENDING] = 0
+        if numbers[_Cast.CELLS_LEFT] - numbers[_Cast.PASSED] == limits[_Limit.CELLS]:
+            numbers[_Cast.STALLED] = time
         else:
             _send_cell(cast, items, time)
-    elif kind == _CLOSE:
-        numbers[_CLOSE_PENDING] = 0
-        if numbers[_STALLED] == _NEVER and time >= cast.closes[numbers[_CLOSED]] + numbers[_SHIFT]:
-            numbers[_CLOSED] += 1
+    elif kind == _Event.CLOSE:
+        numbers[_Cast.CLOSE_PENDING] = 0
+        if numbers[_Cast.STALLED] == _NEVER and time >= cast.closes[numbers[_Cast.CLOSED]] + numbers[_Cast.SHIFT]:
+            numbers[_Cast.CLOSED] += 1
             _end_stages(cast, items, time)
         _schedule_close(cast, time)
-    elif kind == _LIST:
+    elif kind == _Event.LIST:
         _list(cast, items, time)
-    elif kind == _FILTER:
-        numbers[_FILTERING] = 0
+    elif kind == _Event.FILTER:
+        numbers[_Cast.FILTERING] = 0
         _filter(cast, items, time)
         _end_stages(cast, items, time)
-    elif kind == _GEOMETRY:
-        numbers[_READING] = 0
-        numbers[_OFFERED] += 1
-        numbers[_OFFER_TIME] = time
+    elif kind == _Event.GEOMETRY:
+        numbers[_Cast.READING] = 0
+        numbers[_Cast.OFFERED] += 1
+        numbers[_Cast.OFFER_TIME] = time
         _enter(cast, items, time)
         _read(cast, items, time)
-    elif kind == _FREE:
-        numbers[_SLOTS] -= 1
+    elif kind == _Event.FREE:
+        numbers[_Cast.SLOTS] -= 1
         _enter(cast, items, time)
         _read(cast, items, time)
     else:
-        numbers[_DONE_COUNT] += 1
+        numbers[_Cast.DONE_COUNT] += 1
         _end_stages(cast, items, time)
     _watch(cast, time)
 
@@ -273,10 +272,10 @@ def request_remote(cast: ClusterCast, items: StageItems, time: int, path: int, m
         `OVER_NETWORK`, `ON_BUS` or `THROUGH_STORE`.
     """
     numbers = cast.numbers
-    number = numbers[_REMOTE_SENT + path]
-    if number == numbers[_REMOTE_FOUND + path] or number - numbers[_REMOTE_READ + path] == most:
+    number = numbers[_Cast.REMOTE_SENT + path]
+    if number == numbers[_Cast.REMOTE_FOUND + path] or number - numbers[_Cast.REMOTE_READ + path] == most:
         return _NEVER
-    numbers[_REMOTE_SENT + path] += 1
+    numbers[_Cast.REMOTE_SENT + path] += 1
     _wake_filter(cast, time)
     return cast.remote[number, path]
 
@@ -285,8 +284,8 @@ def request_remote(cast: ClusterCast, items: StageItems, time: int, path: int, m
 def fetch(cast: ClusterCast, items: StageItems, patch: int) -> None:
     """The patch store does not have a patch: it is requested where it is."""
     path = _path(items, patch)
-    cast.remote[cast.numbers[_REMOTE_FOUND + path], path] = patch
-    cast.numbers[_REMOTE_FOUND + path] += 1
+    cast.remote[cast.numbers[_Cast.REMOTE_FOUND + path], path] = patch
+    cast.numbers[_Cast.REMOTE_FOUND + path] += 1
 
 
 @compiled
@@ -306,58 +305,70 @@ def next_begin(cast: ClusterCast, permission: int) -> int:
         Cycles from the permission of the stage to its first request.
     """
     numbers = cast.numbers
-    if numbers[_STARTED] - numbers[_OVER] > cast.ahead[numbers[_STARTED]] or numbers[_STALLED] != _NEVER:
+    if numbers[_Cast.STALLED] != _NEVER or _must_wait(cast):
         return _NEVER
-    return max(numbers[_FRONT] + numbers[_SHIFT], numbers[_PERMITTED] + permission)
+    return max(numbers[_Cast.FRONT] + numbers[_Cast.SHIFT], numbers[_Cast.PERMITTED] + permission)
+
+
+@compiled
+def _must_wait(cast):
+    """Whether more stages are in flight than may be when the next one begins."""
+    started = cast.numbers[_Cast.STARTED]
+    return started - cast.numbers[_Cast.OVER] > cast.ahead[started]
 
 
 @compiled
 def _closed(numbers):
     """When the last request that is known is accepted."""
-    return numbers[_FRONT] + numbers[_SHIFT]
+    return numbers[_Cast.FRONT] + numbers[_Cast.SHIFT]
 
 
 @compiled
 def _watch(cast, time):
     """Times in which no cell and no patch is before the slots."""
     numbers = cast.numbers
-    is_quiet = (numbers[_LISTING] == _IDLE and not numbers[_FILTERING] and numbers[_CELLS_TAKEN] == numbers[_CELLS_LEFT]
-                and numbers[_ENTRIES_TAKEN] == numbers[_ENTRIES_LEFT] and numbers[_ENTERED] == numbers[_FOUND])
-    if is_quiet == (numbers[_QUIET] != _NEVER):
+    is_quiet = (numbers[_Cast.LISTING] == _Lists.IDLE and not numbers[_Cast.FILTERING]
+                and numbers[_Cast.CELLS_TAKEN] == numbers[_Cast.CELLS_LEFT]
+                and numbers[_Cast.ENTRIES_TAKEN] == numbers[_Cast.ENTRIES_LEFT]
+                and numbers[_Cast.ENTERED] == numbers[_Cast.FOUND])
+    if is_quiet == (numbers[_Cast.QUIET] != _NEVER):
         return
     # The last stage of requests has begun, and a time without cells and patches has been long enough.
-    begin = max(numbers[_QUIET], _closed(numbers))
-    if not is_quiet and numbers[_FREED] == _NEVER and numbers[_STARTED] == len(cast.closes) - 1 and time > begin:
-        numbers[_FREED] = begin
-    numbers[_QUIET] = time if is_quiet else _NEVER
+    begin = max(numbers[_Cast.QUIET], _closed(numbers))
+    has_all = numbers[_Cast.STARTED] == len(cast.closes) - 1
+    if not is_quiet and numbers[_Cast.FREED] == _NEVER and has_all and time > begin:
+        numbers[_Cast.FREED] = begin
+    numbers[_Cast.QUIET] = time if is_quiet else _NEVER
 
 
 @compiled
 def _schedule_cell(cast, items, now):
     """The next cell leaves traversal when its time has come."""
     numbers = cast.numbers
-    if numbers[_CELL_PENDING] or numbers[_STALLED] != _NEVER or numbers[_CELLS_LEFT] == len(items.time):
+    if numbers[_Cast.CELL_PENDING] or numbers[_Cast.STALLED] != _NEVER or numbers[_Cast.CELLS_LEFT] == len(items.time):
         return
-    numbers[_CELL_PENDING] = 1
-    push(cast.heap, max(now, items.time[numbers[_CELLS_LEFT]] + numbers[_SHIFT]), _CELL, cast.numbers[_SELF])
+    numbers[_Cast.CELL_PENDING] = 1
+    leaves = items.time[numbers[_Cast.CELLS_LEFT]] + numbers[_Cast.SHIFT]
+    push(cast.heap, max(now, leaves), _Event.CELL, numbers[_Cast.SELF])
 
 
 @compiled
 def _schedule_close(cast, now):
     """The oldest stage closes when its last grid ray has ended; stalls delay it."""
     numbers = cast.numbers
-    if numbers[_CLOSE_PENDING] or numbers[_STALLED] != _NEVER or numbers[_CLOSED] == numbers[_STARTED]:
+    closed = numbers[_Cast.CLOSED]
+    if numbers[_Cast.CLOSE_PENDING] or numbers[_Cast.STALLED] != _NEVER or closed == numbers[_Cast.STARTED]:
         return
-    numbers[_CLOSE_PENDING] = 1
-    push(cast.heap, max(now, cast.closes[numbers[_CLOSED]] + numbers[_SHIFT]), _CLOSE, cast.numbers[_SELF])
+    numbers[_Cast.CLOSE_PENDING] = 1
+    push(cast.heap, max(now, cast.closes[closed] + numbers[_Cast.SHIFT]), _Event.CLOSE, numbers[_Cast.SELF])
 
 
 @compiled
 def _send_cell(cast, items, time):
-    cast.numbers[_CELLS_LEFT] += 1
+    cast.numbers[_Cast.CELLS_LEFT] += 1
     _pass_cells(cast, items)
     _schedule_cell(cast, items, time)
-    if cast.numbers[_LISTING] == _IDLE:
+    if cast.numbers[_Cast.LISTING] == _Lists.IDLE:
         _list(cast, items, time)
 
 
@@ -365,87 +376,90 @@ def _send_cell(cast, items, time):
 def _pass_cells(cast, items):
     """The cell filter discards cells that are open; others wait behind it for their lists, so many at most."""
     numbers = cast.numbers
-    while numbers[_PASSED] < numbers[_CELLS_LEFT]:
-        cell = numbers[_PASSED]
+    while numbers[_Cast.PASSED] < numbers[_Cast.CELLS_LEFT]:
+        cell = numbers[_Cast.PASSED]
         if items.entries[cell] < items.entries[cell + 1]:
-            if numbers[_UNLISTED] == cast.limits[_LISTS]:
+            if numbers[_Cast.UNLISTED] == cast.limits[_Limit.LISTS]:
                 return
-            numbers[_UNLISTED] += 1
-        numbers[_PASSED] += 1
+            numbers[_Cast.UNLISTED] += 1
+        numbers[_Cast.PASSED] += 1
 
 
 @compiled
 def _list(cast, items, time):
     """An entry of the present cell's list, or of the next one's."""
     numbers, limits = cast.numbers, cast.limits
-    numbers[_LISTING] = _IDLE
-    if numbers[_ENTRIES_LEFT] == numbers[_LIST_END]:
-        while numbers[_CELLS_TAKEN] < numbers[_PASSED] and numbers[_ENTRIES_LEFT] == numbers[_LIST_END]:
-            numbers[_CELLS_TAKEN] += 1
-            numbers[_LIST_END] = items.entries[numbers[_CELLS_TAKEN]]
-        if numbers[_ENTRIES_LEFT] == numbers[_LIST_END]:
+    numbers[_Cast.LISTING] = _Lists.IDLE
+    if numbers[_Cast.ENTRIES_LEFT] == numbers[_Cast.LIST_END]:
+        while (numbers[_Cast.CELLS_TAKEN] < numbers[_Cast.PASSED]
+               and numbers[_Cast.ENTRIES_LEFT] == numbers[_Cast.LIST_END]):
+            numbers[_Cast.CELLS_TAKEN] += 1
+            numbers[_Cast.LIST_END] = items.entries[numbers[_Cast.CELLS_TAKEN]]
+        if numbers[_Cast.ENTRIES_LEFT] == numbers[_Cast.LIST_END]:
             _end_stages(cast, items, time)
             return
-        numbers[_UNLISTED] -= 1
+        numbers[_Cast.UNLISTED] -= 1
         _pass_cells(cast, items)
-        if numbers[_STALLED] != _NEVER and numbers[_CELLS_LEFT] - numbers[_PASSED] < limits[_CELLS]:
-            numbers[_SHIFT] += time - numbers[_STALLED]
-            numbers[_STALLED] = _NEVER
-            numbers[_CELLS_LEFT] += 1
+        unpassed = numbers[_Cast.CELLS_LEFT] - numbers[_Cast.PASSED]
+        if numbers[_Cast.STALLED] != _NEVER and unpassed < limits[_Limit.CELLS]:
+            numbers[_Cast.SHIFT] += time - numbers[_Cast.STALLED]
+            numbers[_Cast.STALLED] = _NEVER
+            numbers[_Cast.CELLS_LEFT] += 1
             _pass_cells(cast, items)
             _schedule_cell(cast, items, time + 1)
             _schedule_close(cast, time)
-    if numbers[_ENTRIES_LEFT] < numbers[_LIST_END]:
-        if numbers[_ENTRIES_LEFT] - numbers[_ENTRIES_TAKEN] == limits[_ENTRIES]:
-            numbers[_LISTING] = _BLOCKED
+    if numbers[_Cast.ENTRIES_LEFT] < numbers[_Cast.LIST_END]:
+        if numbers[_Cast.ENTRIES_LEFT] - numbers[_Cast.ENTRIES_TAKEN] == limits[_Limit.ENTRIES]:
+            numbers[_Cast.LISTING] = _Lists.BLOCKED
             return
-        numbers[_ENTRIES_LEFT] += 1
+        numbers[_Cast.ENTRIES_LEFT] += 1
         _filter(cast, items, time)
-    numbers[_LISTING] = _BUSY
-    push(cast.heap, time + 1, _LIST, cast.numbers[_SELF])
+    numbers[_Cast.LISTING] = _Lists.BUSY
+    push(cast.heap, time + 1, _Event.LIST, cast.numbers[_Cast.SELF])
 
 
 @compiled
 def _filter(cast, items, time):
     """The patch filter takes an entry in each cycle; a patch that is found needs a free entry behind it."""
     numbers = cast.numbers
-    entry = numbers[_ENTRIES_TAKEN]
-    if numbers[_FILTERING] or entry == numbers[_ENTRIES_LEFT]:
+    entry = numbers[_Cast.ENTRIES_TAKEN]
+    if numbers[_Cast.FILTERING] or entry == numbers[_Cast.ENTRIES_LEFT]:
         return
     if items.is_new[entry] and not _find(cast, items):
         return
-    numbers[_ENTRIES_TAKEN] += 1
-    numbers[_FILTERING] = 1
-    push(cast.heap, time + 1, _FILTER, cast.numbers[_SELF])
-    if numbers[_LISTING] == _BLOCKED:
-        numbers[_LISTING] = _BUSY
-        push(cast.heap, time, _LIST, cast.numbers[_SELF])
+    numbers[_Cast.ENTRIES_TAKEN] += 1
+    numbers[_Cast.FILTERING] = 1
+    push(cast.heap, time + 1, _Event.FILTER, cast.numbers[_Cast.SELF])
+    if numbers[_Cast.LISTING] == _Lists.BLOCKED:
+        numbers[_Cast.LISTING] = _Lists.BUSY
+        push(cast.heap, time, _Event.LIST, cast.numbers[_Cast.SELF])
     _read(cast, items, time)
 
 
 @compiled
 def _find(cast, items):
     """A patch is found, and requested where it is, if the queue of requests there is not full: whether it is."""
-    numbers, most, patch = cast.numbers, cast.limits[_REQUESTS], cast.numbers[_FOUND]
+    numbers, most, patch = cast.numbers, cast.limits[_Limit.REQUESTS], cast.numbers[_Cast.FOUND]
     path = _path(items, patch)
-    if path != _NEVER and cast.limits[_AHEAD]:
-        if numbers[_REMOTE_FOUND + path] - numbers[_REMOTE_READ + path] == cast.limits[_AHEAD]:
+    if path != _NEVER and cast.limits[_Limit.AHEAD]:
+        if numbers[_Cast.REMOTE_FOUND + path] - numbers[_Cast.REMOTE_READ + path] == cast.limits[_Limit.AHEAD]:
             return False
-        numbers[_FOUND] += 1
-        numbers[_REMOTE_FOUND + path] += 1
+        numbers[_Cast.FOUND] += 1
+        numbers[_Cast.REMOTE_FOUND + path] += 1
         _make_ready(cast, patch)
         return True
-    if path != _NEVER and cast.limits[_BEFORE_STORE]:
-        path, most = THROUGH_STORE, cast.limits[_BEFORE_STORE]
-    if (numbers[_OWN] if path == _NEVER else numbers[_REMOTE_FOUND + path] - numbers[_REMOTE_SENT + path]) == most:
+    if path != _NEVER and cast.limits[_Limit.BEFORE_STORE]:
+        path, most = THROUGH_STORE, cast.limits[_Limit.BEFORE_STORE]
+    if most == (numbers[_Cast.OWN] if path == _NEVER
+                else numbers[_Cast.REMOTE_FOUND + path] - numbers[_Cast.REMOTE_SENT + path]):
         return False
-    numbers[_FOUND] += 1
+    numbers[_Cast.FOUND] += 1
     if path == _NEVER:
-        numbers[_OWN] += 1
+        numbers[_Cast.OWN] += 1
         _make_ready(cast, patch)
     else:
-        cast.remote[numbers[_REMOTE_FOUND + path], path] = patch
-        numbers[_REMOTE_FOUND + path] += 1
+        cast.remote[numbers[_Cast.REMOTE_FOUND + path], path] = patch
+        numbers[_Cast.REMOTE_FOUND + path] += 1
     return True
 
 
@@ -461,27 +475,27 @@ def _path(items, patch):
 @compiled
 def _make_ready(cast, patch):
     """A patch can be read."""
-    cast.ready[cast.numbers[_AVAILABLE]] = patch
-    cast.numbers[_AVAILABLE] += 1
+    cast.ready[cast.numbers[_Cast.AVAILABLE]] = patch
+    cast.numbers[_Cast.AVAILABLE] += 1
 
 
 @compiled
 def _read(cast, items, time):
     """The vertices of the next patch are read, one in each cycle."""
     numbers, limits = cast.numbers, cast.limits
-    if (numbers[_READING] or numbers[_READ] == numbers[_AVAILABLE]
-            or numbers[_OFFERED] - numbers[_ENTERED] == limits[_WAITING]):
+    if (numbers[_Cast.READING] or numbers[_Cast.READ] == numbers[_Cast.AVAILABLE]
+            or numbers[_Cast.OFFERED] - numbers[_Cast.ENTERED] == limits[_Limit.WAITING]):
         return
-    path = _path(items, cast.ready[numbers[_READ]])
+    path = _path(items, cast.ready[numbers[_Cast.READ]])
     if path == _NEVER:
-        numbers[_OWN] -= 1
+        numbers[_Cast.OWN] -= 1
     else:
-        numbers[_REMOTE_READ + path] += 1
-        if limits[_BEFORE_STORE] and path != THROUGH_STORE:
-            numbers[_REMOTE_READ + THROUGH_STORE] += 1
-    numbers[_READ] += 1
-    numbers[_READING] = 1
-    push(cast.heap, time + limits[_VERTICES], _GEOMETRY, cast.numbers[_SELF])
+        numbers[_Cast.REMOTE_READ + path] += 1
+        if limits[_Limit.BEFORE_STORE] and path != THROUGH_STORE:
+            numbers[_Cast.REMOTE_READ + THROUGH_STORE] += 1
+    numbers[_Cast.READ] += 1
+    numbers[_Cast.READING] = 1
+    push(cast.heap, time + limits[_Limit.VERTICES], _Event.GEOMETRY, cast.numbers[_Cast.SELF])
     _wake_filter(cast, time)
 
 
@@ -489,40 +503,41 @@ def _read(cast, items, time):
 def _wake_filter(cast, time):
     """The patch filter may have waited for a free entry behind it."""
     numbers = cast.numbers
-    if not numbers[_FILTERING] and numbers[_ENTRIES_TAKEN] < numbers[_ENTRIES_LEFT]:
-        numbers[_FILTERING] = 1
-        push(cast.heap, time, _FILTER, numbers[_SELF])
+    if not numbers[_Cast.FILTERING] and numbers[_Cast.ENTRIES_TAKEN] < numbers[_Cast.ENTRIES_LEFT]:
+        numbers[_Cast.FILTERING] = 1
+        push(cast.heap, time, _Event.FILTER, numbers[_Cast.SELF])
 
 
 @compiled
 def _enter(cast, items, time):
     """Patches that wait enter setup while slots are free."""
     numbers, limits = cast.numbers, cast.limits
-    while numbers[_ENTERED] < numbers[_OFFERED] and numbers[_SLOTS] < limits[_ALL_SLOTS]:
-        patch, place = cast.ready[numbers[_ENTERED]], numbers[_ENTERED]
+    while numbers[_Cast.ENTERED] < numbers[_Cast.OFFERED] and numbers[_Cast.SLOTS] < limits[_Limit.ALL_SLOTS]:
+        patch, place = cast.ready[numbers[_Cast.ENTERED]], numbers[_Cast.ENTERED]
         # The vertices of a patch that has not waited have entered while they were read.
-        waited = numbers[_OFFERED] - place > 1 or numbers[_OFFER_TIME] < time
-        last_vertex = time + limits[_VERTICES] if waited else time
-        numbers[_ENTERED] += 1
-        numbers[_SLOTS] += 1
-        numbers[_READY] = max(last_vertex + limits[_SETUP], numbers[_READY] + limits[_VERTICES])
-        numbers[_WALKED] = max(numbers[_READY], numbers[_WALKED]) + items.tests[patch]
-        last_ray = numbers[_WALKED] + limits[_WALK]
-        push(cast.heap, last_ray, _FREE, cast.numbers[_SELF])
-        cast.ends[place] = last_ray + limits[_PIPELINE]
-        push(cast.heap, cast.ends[place], _DONE, cast.numbers[_SELF])
+        waited = numbers[_Cast.OFFERED] - place > 1 or numbers[_Cast.OFFER_TIME] < time
+        last_vertex = time + limits[_Limit.VERTICES] if waited else time
+        numbers[_Cast.ENTERED] += 1
+        numbers[_Cast.SLOTS] += 1
+        numbers[_Cast.READY] = max(last_vertex + limits[_Limit.SETUP], numbers[_Cast.READY] + limits[_Limit.VERTICES])
+        numbers[_Cast.WALKED] = max(numbers[_Cast.READY], numbers[_Cast.WALKED]) + items.tests[patch]
+        last_ray = numbers[_Cast.WALKED] + limits[_Limit.WALK]
+        push(cast.heap, last_ray, _Event.FREE, cast.numbers[_Cast.SELF])
+        cast.ends[place] = last_ray + limits[_Limit.PIPELINE]
+        push(cast.heap, cast.ends[place], _Event.DONE, cast.numbers[_Cast.SELF])
 
 
 @compiled
 def _end_stages(cast, items, time):
     """All closed stages are over when no cell and no patch is in flight."""
     numbers, limits = cast.numbers, cast.limits
-    cell = numbers[_CELLS_LEFT]
-    if (numbers[_LISTING] != _IDLE or numbers[_CELLS_TAKEN] != cell
-            or numbers[_ENTRIES_TAKEN] != numbers[_ENTRIES_LEFT] or numbers[_DONE_COUNT] != numbers[_FOUND]
-            or (cell < len(items.time) and items.time[cell] + numbers[_SHIFT] - limits[_MEMORY] <= time)):
+    cell = numbers[_Cast.CELLS_LEFT]
+    if (numbers[_Cast.LISTING] != _Lists.IDLE or numbers[_Cast.CELLS_TAKEN] != cell
+            or numbers[_Cast.ENTRIES_TAKEN] != numbers[_Cast.ENTRIES_LEFT]
+            or numbers[_Cast.DONE_COUNT] != numbers[_Cast.FOUND]
+            or (cell < len(items.time) and items.time[cell] + numbers[_Cast.SHIFT] - limits[_Limit.MEMORY] <= time)):
         return
-    numbers[_LAST] = time
-    if numbers[_CLOSED] > numbers[_OVER] and numbers[_STARTED] - numbers[_OVER] > cast.ahead[numbers[_STARTED]]:
-        numbers[_PERMITTED] = time + limits[_OVER_CYCLES]
-    numbers[_OVER] = numbers[_CLOSED]
+    numbers[_Cast.LAST] = time
+    if numbers[_Cast.CLOSED] > numbers[_Cast.OVER] and _must_wait(cast):
+        numbers[_Cast.PERMITTED] = time + limits[_Limit.OVER]
+    numbers[_Cast.OVER] = numbers[_Cast.CLOSED]

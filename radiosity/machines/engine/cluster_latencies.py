@@ -8,7 +8,7 @@ from hw.ctu.ray_traversal import RayTraversal
 from hw.ctu.stage_count import LATENCY
 from hw.formats import VERTICES
 from hw.icu.intersection_pipeline import IntersectionPipeline
-from hw.icu.intersection_unit import LISTED
+from hw.icu.intersection_unit import IntersectionUnit
 from hw.icu.patch_setup import PatchSetup
 from hw.icu.ray_issue import RayIssue
 from hw.icu.ray_list import RayList
@@ -26,8 +26,8 @@ _GENERATOR, _SEARCH, _ROW, _PIECE, _ARC = 28, 3, 1, 4, 3
 # From the start of the memory system to the first near cell: measured, as `golden.engine.schedule.cycle_model` has it
 # with the memory system's latency. `SectionCast`: from the last patch to the results.
 _BEGIN, _END = 8, 3
-# `IntersectionUnit`: from a frustum to its acceptance; of a shadow frustum, from the last ray of its list.
-_ACCEPTED, _LISTED = 5, LISTED + 2
+# `IntersectionUnit`: from a frustum to its acceptance; of a shadow frustum, behind the last ray's code.
+_ACCEPTED, _LISTED = 5, 1
 # Cells in `CellTable` and in the buffer behind it.
 _LISTS = 4
 # Registers between the settle map's word and the mask of a tile's rays (`IcRayGenerator`).
@@ -43,7 +43,8 @@ def cluster_timing(config: Config) -> ClusterTiming:
     icu = config.icu
     return ClusterTiming(
         begin=SectionCast.latency + _BEGIN,
-        listing=RayList(config=config).latency - 1 + _LISTED - _ACCEPTED if icu.shadow_bits else 0,
+        listing=RayList(config=config).latency - 1 + IntersectionUnit(config=config).listed + _LISTED - _ACCEPTED
+        if icu.shadow_bits else 0,
         generator=_GENERATOR, search=_SEARCH, row=_ROW, piece=_PIECE, arc=_ARC,
         traversal=traversal.latency,
         sweep=(icu.side_bits - icu.tile_bits).bit_length() + 4 * icu.tile_bits + 7,

@@ -17,6 +17,7 @@ from golden.base.errors import InputError
 from golden.engine.config import Memsys
 from golden.engine.memsys.patches.patch_store import PatchStore
 from golden.engine.noc.routing import Routing
+from radiosity.machines.common.columns import columns
 from radiosity.machines.common.event_heap import EventHeap, event_heap, next_time, pop, push
 from radiosity.machines.common.timing_numbers import PositiveNumbers
 from radiosity.machines.engine.bus_path import (
@@ -49,13 +50,8 @@ from radiosity.machines.engine.cluster_cast import (
 )
 from radiosity.machines.engine.cluster_timing import ClusterTiming
 from radiosity.machines.engine.packet_network import (
-    DESTINATION,
-    LENGTH,
-    MADE,
-    MESSAGE,
-    SOURCE,
-    TAKEN_NOW,
-    UNARRIVED,
+    Count,
+    Packet,
     PacketNetwork,
     network_cycle,
     packet_network,
@@ -68,24 +64,23 @@ __all__ = ["JointCast", "JointTiming", "joint_cast"]
 
 # The kinds of event that a patch of another cluster arrives, whose subject is its packet; one over the bus, whose
 # subject is a cluster; and that a lookup in the store of a cluster ends. Those of clusters are lower.
-_ARRIVES, _FETCHED, _LOOKED_UP = range(64, 67)
+_Event = columns("_Event", "ARRIVES FETCHED LOOKED_UP", range(64, 67))
 _NEVER = -1
 # Events of a cluster that can wait at the same time.
 _EACH = 512
 # Of a cluster: stages that have begun, all of them, when the next one is scheduled to begin, when the cluster can serve
 # the next request of another one, the patch that is looked up in its store, when the last one left a frame, patches
 # that have been looked up, and those that have left the store in the order of their requests.
-_BEGUN, _STAGES, _SCHEDULED, _SERVED, _LOOKUP, _LEFT, _REQUESTED, _DELIVERED, _STATE = range(9)
+_Cluster = columns("_Cluster", "BEGUN STAGES SCHEDULED SERVED LOOKUP LEFT REQUESTED DELIVERED")
 # Columns of the first elements of a cluster in the arrays of patches, stages, cells and entries of lists.
-_PATCH, _STAGE, _CELL, _ENTRY = range(4)
+_First = columns("_First", "PATCH STAGE CELL ENTRY")
 # Of machines whose clusters hold all patches.
 _NO_STORE = StoreTiming(lookup=1, kept=1, passed=1, stored=1, vertices=1, waiting=1, requests=1)
 _NO_BUS = BusTiming(request=1, hit=1, fetch=1, next_fetch=1, words=1, beats=1, outstanding=1, fetches=1, requests=1)
-_TIMES = ("request", "serve", "port", "reply", "request_flits", "reply_flits", "outstanding")
-_STORE_TIMES = "lookup", "kept", "passed", "stored", "vertices", "requests"
-(_REQUEST, _SERVE, _PORT, _REPLY, _REQUEST_FLITS, _REPLY_FLITS, _OUTSTANDING, _STORE_LOOKUP, _STORE_KEPT,
- _STORE_PASSED, _STORE_STORED, _STORE_VERTICES, _STORE_REQUESTS, _HAS_STORE, _IN_ORDER, _NEAR, _TRAVERSED,
- _GENERATOR) = range(18)
+# Numbers of `JointTiming`, of `StoreTiming`, and others behind them.
+_Latency = columns("_Latency", "REQUEST SERVE PORT REPLY REQUEST_FLITS REPLY_FLITS OUTSTANDING STORE_LOOKUP STORE_KEPT "
+                   "STORE_PASSED STORE_STORED STORE_VERTICES STORE_REQUESTS HAS_STORE IN_ORDER NEAR TRAVERSED "
+                   "GENERATOR")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -246,32 +241,34 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
     def joined(arrays, dtype=np.int64):
         return np.concatenate([np.asarray(array, dtype=dtype) for array in arrays])
 
-    clusters = np.zeros((count, _STATE), dtype=np.int64)
-    clusters[:, _STAGES], clusters[:, _SCHEDULED], clusters[:, _LOOKUP] = lengths[:, _STAGE], _NEVER, _NEVER
+    clusters = np.zeros((count, len(_Cluster)), dtype=np.int64)
+    clusters[:, _Cluster.STAGES] = lengths[:, _First.STAGE]
+    clusters[:, [_Cluster.SCHEDULED, _Cluster.LOOKUP]] = _NEVER
     rows = count * joint.outstanding
     networks = [packet_network(routing, packets=rows, buffer_flits=buffer_flits, arbitration=arbitration,
                                router_cycles=router_cycles) for _ in range(2)]
+    times = [getattr(store or _NO_STORE, name.removeprefix("STORE_").lower()) if name.startswith("STORE_")
+             else getattr(joint, name.lower()) for name in _Latency._fields[:_Latency.HAS_STORE]]
     machine = _Machine(
         early=event_heap(_EACH * count), heap=event_heap(_EACH * count), late=event_heap(_EACH * count),
         requests=networks[0], replies=networks[1],
         bus=bus_path(bus or _NO_BUS, memsys or Memsys(), clusters=count, kept=kept), limits=casts[0].limits,
-        latency=np.array([*(getattr(joint, name) for name in _TIMES),
-                          *(getattr(store or _NO_STORE, name) for name in _STORE_TIMES), store is not None,
-                          in_order, timing.memory, timing.memory + timing.traversal, timing.generator], dtype=np.int64),
+        latency=np.array([*times, store is not None, in_order, timing.memory, timing.memory + timing.traversal,
+                          timing.generator], dtype=np.int64),
         first=first, clusters=clusters, numbers=np.stack([cast.numbers for cast in casts]),
         **{name: joined(getattr(cast, name) for cast in casts) for name in (
             "ends", "ready", "remote", "closes", "ahead")},
-        begins=np.zeros(first[-1, _STAGE], dtype=np.int64), time=np.zeros(first[-1, _CELL], dtype=np.int64),
+        begins=np.zeros(first[-1, _First.STAGE], dtype=np.int64), time=np.zeros(first[-1, _First.CELL], dtype=np.int64),
         **{name: joined(getattr(trace, name) for trace in traces) for name in (
             "offset", "entries", "patch", "tests", "cycles", "searches", "first_cell")},
         is_new=joined((trace.is_new for trace in traces), bool),
         taken=np.zeros(count, dtype=np.int64),
-        owner=joined(owner), is_stored=joined(is_stored, bool), has_come=np.zeros(first[-1, _PATCH], dtype=bool),
+        owner=joined(owner), is_stored=joined(is_stored, bool), has_come=np.zeros(first[-1, _First.PATCH], dtype=bool),
         requested=np.zeros(rows, dtype=np.int64),
         unused=np.arange(rows)[::-1].copy(), count=np.array([rows], dtype=np.int64))
     for number in range(count):
         push(machine.late, begins[number], 0, number)
-        clusters[number, _SCHEDULED] = begins[number]
+        clusters[number, _Cluster.SCHEDULED] = begins[number]
     _run(machine)
     times = []
     for number, trace in enumerate(traces):
@@ -287,7 +284,7 @@ def joint_cast(traces: Sequence[SectionTrace], home: np.ndarray, timing: Cluster
 def _cast(machine, number):
     """A cluster's part of the state."""
     first, end = machine.first[number], machine.first[number + 1]
-    patch, after, stage, last = first[_PATCH], end[_PATCH], first[_STAGE], end[_STAGE]
+    patch, after, stage, last = first[_First.PATCH], end[_First.PATCH], first[_First.STAGE], end[_First.STAGE]
     return ClusterCast(machine.heap, machine.numbers[number], machine.limits, machine.ends[patch:after],
                        machine.closes[stage:last], machine.ahead[stage:last], machine.ready[patch:after],
                        machine.remote[patch:after])
@@ -296,12 +293,13 @@ def _cast(machine, number):
 @compiled
 def _items(machine, number):
     """The items of the stages of a cluster that have begun."""
-    first, end, begun = machine.first[number], machine.first[number + 1], machine.clusters[number, _BEGUN]
-    cell = first[_CELL]
-    known = machine.first_cell[first[_STAGE] + number + begun]
+    first, end, begun = machine.first[number], machine.first[number + 1], machine.clusters[number, _Cluster.BEGUN]
+    cell = first[_First.CELL]
+    known = machine.first_cell[first[_First.STAGE] + number + begun]
     return StageItems(machine.time[cell:cell + known], machine.entries[cell + number:cell + number + known + 1],
-                      machine.is_new[first[_ENTRY]:end[_ENTRY]], machine.tests[first[_PATCH]:end[_PATCH]],
-                      machine.owner[first[_PATCH]:end[_PATCH]])
+                      machine.is_new[first[_First.ENTRY]:end[_First.ENTRY]],
+                      machine.tests[first[_First.PATCH]:end[_First.PATCH]],
+                      machine.owner[first[_First.PATCH]:end[_First.PATCH]])
 
 
 @compiled
@@ -315,7 +313,8 @@ def _run(machine):
         for other in (early, late):
             if next_time(other) != _NEVER and (time == _NEVER or next_time(other) < time):
                 time = next_time(other)
-        is_active = machine.requests.counts[UNARRIVED] + machine.replies.counts[UNARRIVED] > 0 or bus_waits(machine.bus)
+        unarrived = machine.requests.counts[Count.UNARRIVED] + machine.replies.counts[Count.UNARRIVED]
+        is_active = unarrived > 0 or bus_waits(machine.bus)
         if is_active and cycled != _NEVER and (time == _NEVER or cycled + 1 < time):
             time = cycled + 1
         if time == _NEVER:
@@ -327,13 +326,13 @@ def _run(machine):
         while next_time(heap) == time:
             _, kind, subject = pop(heap)
             number = subject
-            if kind == _ARRIVES:
+            if kind == _Event.ARRIVES:
                 number = _accept(machine, subject, time)
-            elif kind == _FETCHED:
+            elif kind == _Event.FETCHED:
                 # Patches of a cluster arrive over the bus in the order of its requests.
                 _return(machine, number, time, _cast(machine, number).remote[machine.taken[number], ON_BUS])
                 machine.taken[number] += 1
-            elif kind == _LOOKED_UP:
+            elif kind == _Event.LOOKED_UP:
                 _look_up(machine, number, time)
             else:
                 apply_event(_cast(machine, number), _items(machine, number), time, kind)
@@ -350,21 +349,21 @@ def _run(machine):
 def _begin(machine, number, time):
     """The next stage of a cluster begins, if nothing has happened since that was scheduled."""
     state, first = machine.clusters[number], machine.first[number]
-    if state[_SCHEDULED] != time:
+    if state[_Cluster.SCHEDULED] != time:
         return
-    state[_SCHEDULED] = _NEVER
-    stage, cast = first[_STAGE] + state[_BEGUN], _cast(machine, number)
+    state[_Cluster.SCHEDULED] = _NEVER
+    stage, cast = first[_First.STAGE] + state[_Cluster.BEGUN], _cast(machine, number)
     begin = next_begin(cast, _permission(machine, number))
     if begin == _NEVER or begin > time:
         _update(machine, number, time)
         return
-    latency = machine.latency[_TRAVERSED] if state[_BEGUN] else machine.latency[_NEAR]
+    latency = machine.latency[_Latency.TRAVERSED] if state[_Cluster.BEGUN] else machine.latency[_Latency.NEAR]
     start = clock(cast, time) + latency
     for cell in range(machine.first_cell[stage + number], machine.first_cell[stage + number + 1]):
-        machine.time[first[_CELL] + cell] = start + machine.offset[first[_CELL] + cell]
-    is_near = state[_BEGUN] == 0
+        machine.time[first[_First.CELL] + cell] = start + machine.offset[first[_First.CELL] + cell]
+    is_near = state[_Cluster.BEGUN] == 0
     machine.begins[stage] = time
-    state[_BEGUN] += 1
+    state[_Cluster.BEGUN] += 1
     add_stage(cast, _items(machine, number), time, machine.cycles[stage], is_near)
     _update(machine, number, time)
 
@@ -372,10 +371,10 @@ def _begin(machine, number, time):
 @compiled
 def _permission(machine, number):
     """Cycles from the permission of the next stage of a cluster to its begin."""
-    begun = machine.clusters[number, _BEGUN]
+    begun = machine.clusters[number, _Cluster.BEGUN]
     if begun == 0:
         return 0
-    return machine.latency[_GENERATOR] + machine.searches[machine.first[number, _STAGE] + begun]
+    return machine.latency[_Latency.GENERATOR] + machine.searches[machine.first[number, _First.STAGE] + begun]
 
 
 @compiled
@@ -383,37 +382,39 @@ def _update(machine, number, time):
     """What may follow an event of a cluster: requests to other clusters, and the begin of a stage."""
     state, cast, latency = machine.clusters[number], _cast(machine, number), machine.latency
     items = _items(machine, number)
-    if latency[_HAS_STORE] and state[_LOOKUP] == _NEVER:
-        state[_LOOKUP] = request_remote(cast, items, time, THROUGH_STORE, latency[_STORE_REQUESTS])
-        if state[_LOOKUP] != _NEVER:
-            state[_REQUESTED] += 1
-            push(machine.heap, time + latency[_STORE_LOOKUP], _LOOKED_UP, number)
+    if latency[_Latency.HAS_STORE] and state[_Cluster.LOOKUP] == _NEVER:
+        state[_Cluster.LOOKUP] = request_remote(cast, items, time, THROUGH_STORE, latency[_Latency.STORE_REQUESTS])
+        if state[_Cluster.LOOKUP] != _NEVER:
+            state[_Cluster.REQUESTED] += 1
+            push(machine.heap, time + latency[_Latency.STORE_LOOKUP], _Event.LOOKED_UP, number)
     while True:
-        patch = request_remote(cast, items, time, OVER_NETWORK, latency[_OUTSTANDING])
+        patch = request_remote(cast, items, time, OVER_NETWORK, latency[_Latency.OUTSTANDING])
         if patch == _NEVER:
             break
         machine.count[0] -= 1
         packet = machine.unused[machine.count[0]]
         machine.requested[packet] = patch
-        _send(machine.requests, packet, number, items.owner[patch], latency[_REQUEST_FLITS], time + latency[_REQUEST])
+        _send(machine.requests, packet, number, items.owner[patch], latency[_Latency.REQUEST_FLITS],
+              time + latency[_Latency.REQUEST])
     while True:
         patch = request_remote(cast, items, time, ON_BUS, machine.bus.waiting.shape[1])
         if patch == _NEVER:
             break
-        request_on_bus(machine.bus, time, number, machine.patch[machine.first[number, _PATCH] + patch])
-    if state[_BEGUN] < state[_STAGES]:
+        request_on_bus(machine.bus, time, number, machine.patch[machine.first[number, _First.PATCH] + patch])
+    if state[_Cluster.BEGUN] < state[_Cluster.STAGES]:
         begin = next_begin(cast, _permission(machine, number))
         if begin != _NEVER:
             begin = max(begin, time)
-            if state[_SCHEDULED] != begin:
-                state[_SCHEDULED] = begin
+            if state[_Cluster.SCHEDULED] != begin:
+                state[_Cluster.SCHEDULED] = begin
                 push(machine.late, begin, 0, number)
 
 
 @compiled
 def _send(network, packet, source, destination, flits, made):
     given = network.packets[packet]
-    given[SOURCE], given[DESTINATION], given[LENGTH], given[MESSAGE], given[MADE] = source, destination, flits, 0, made
+    given[Packet.SOURCE], given[Packet.DESTINATION], given[Packet.LENGTH] = source, destination, flits
+    given[Packet.MESSAGE], given[Packet.MADE] = 0, made
     send(network, packet)
 
 
@@ -421,28 +422,29 @@ def _send(network, packet, source, destination, flits, made):
 def _cycle(machine, time):
     """A cycle of networks and bus: requests that leave theirs are served in turn, replies reach their clusters."""
     requests, replies, latency = machine.requests, machine.replies, machine.latency
-    if requests.counts[UNARRIVED]:
+    if requests.counts[Count.UNARRIVED]:
         network_cycle(requests, time)
-        for index in range(requests.counts[TAKEN_NOW]):
+        for index in range(requests.counts[Count.TAKEN_NOW]):
             packet = requests.taken[index]
-            server = requests.packets[packet, DESTINATION]
-            begin = max(time + latency[_SERVE], machine.clusters[server, _SERVED])
-            machine.clusters[server, _SERVED] = begin + latency[_PORT]
-            _send(replies, packet, server, requests.packets[packet, SOURCE], latency[_REPLY_FLITS], begin)
-    if replies.counts[UNARRIVED]:
+            server = requests.packets[packet, Packet.DESTINATION]
+            begin = max(time + latency[_Latency.SERVE], machine.clusters[server, _Cluster.SERVED])
+            machine.clusters[server, _Cluster.SERVED] = begin + latency[_Latency.PORT]
+            _send(replies, packet, server, requests.packets[packet, Packet.SOURCE], latency[_Latency.REPLY_FLITS],
+                  begin)
+    if replies.counts[Count.UNARRIVED]:
         network_cycle(replies, time)
-        for index in range(replies.counts[TAKEN_NOW]):
-            push(machine.heap, time + latency[_REPLY], _ARRIVES, replies.taken[index])
+        for index in range(replies.counts[Count.TAKEN_NOW]):
+            push(machine.heap, time + latency[_Latency.REPLY], _Event.ARRIVES, replies.taken[index])
     if bus_waits(machine.bus):
         number, ready = bus_cycle(machine.bus, time)
         if number != _NEVER:
-            push(machine.heap, ready, _FETCHED, number)
+            push(machine.heap, ready, _Event.FETCHED, number)
 
 
 @compiled
 def _accept(machine, packet, time):
     """A patch arrives: at which cluster."""
-    number = machine.requests.packets[packet, SOURCE]
+    number = machine.requests.packets[packet, Packet.SOURCE]
     _return(machine, number, time, machine.requested[packet])
     machine.unused[machine.count[0]] = packet
     machine.count[0] += 1
@@ -453,28 +455,28 @@ def _accept(machine, packet, time):
 def _return(machine, number, time, patch):
     """A patch has come from where it is: to the cluster, or to its patch store."""
     latency = machine.latency
-    if not latency[_HAS_STORE]:
+    if not latency[_Latency.HAS_STORE]:
         arrive(_cast(machine, number), _items(machine, number), time, patch)
-    elif machine.is_stored[machine.first[number, _PATCH] + patch]:
-        _leave_frame(machine, number, time + latency[_STORE_STORED], patch)
+    elif machine.is_stored[machine.first[number, _First.PATCH] + patch]:
+        _leave_frame(machine, number, time + latency[_Latency.STORE_STORED], patch)
     else:
-        push(machine.early, time + latency[_STORE_PASSED], number, patch)
+        push(machine.early, time + latency[_Latency.STORE_PASSED], number, patch)
 
 
 @compiled
 def _deliver(machine, number, time, patch):
     """A patch can leave the store of a cluster: it does, or waits for those that were requested before it."""
     state, cast, items = machine.clusters[number], _cast(machine, number), _items(machine, number)
-    if not machine.latency[_IN_ORDER]:
+    if not machine.latency[_Latency.IN_ORDER]:
         arrive(cast, items, time, patch)
         return
-    first = machine.first[number, _PATCH]
+    first = machine.first[number, _First.PATCH]
     machine.has_come[first + patch] = True
-    while state[_DELIVERED] < state[_REQUESTED]:
-        following = cast.remote[state[_DELIVERED], THROUGH_STORE]
+    while state[_Cluster.DELIVERED] < state[_Cluster.REQUESTED]:
+        following = cast.remote[state[_Cluster.DELIVERED], THROUGH_STORE]
         if not machine.has_come[first + following]:
             return
-        state[_DELIVERED] += 1
+        state[_Cluster.DELIVERED] += 1
         arrive(cast, items, time, following)
 
 
@@ -482,10 +484,10 @@ def _deliver(machine, number, time, patch):
 def _look_up(machine, number, time):
     """A lookup in a patch store ends: the patch leaves its frame, or is fetched."""
     state, latency = machine.clusters[number], machine.latency
-    items, patch = _items(machine, number), state[_LOOKUP]
-    state[_LOOKUP] = _NEVER
+    items, patch = _items(machine, number), state[_Cluster.LOOKUP]
+    state[_Cluster.LOOKUP] = _NEVER
     if items.owner[patch] == KEPT:
-        _leave_frame(machine, number, time - latency[_STORE_LOOKUP] + latency[_STORE_KEPT], patch)
+        _leave_frame(machine, number, time - latency[_Latency.STORE_LOOKUP] + latency[_Latency.STORE_KEPT], patch)
     else:
         fetch(_cast(machine, number), items, patch)
 
@@ -494,5 +496,5 @@ def _look_up(machine, number, time):
 def _leave_frame(machine, number, time, patch):
     """A patch leaves its frame, behind those before it."""
     state = machine.clusters[number]
-    state[_LEFT] = max(time, state[_LEFT] + machine.latency[_STORE_VERTICES])
-    push(machine.early, state[_LEFT], number, patch)
+    state[_Cluster.LEFT] = max(time, state[_Cluster.LEFT] + machine.latency[_Latency.STORE_VERTICES])
+    push(machine.early, state[_Cluster.LEFT], number, patch)

@@ -13,25 +13,25 @@ from golden.base.errors import InputError, check_int
 from golden.engine.noc.router import check_routers
 from golden.engine.noc.routing import Routing
 from golden.engine.noc.topology import LOCAL, NOWHERE
+from radiosity.machines.common.columns import columns
 
-__all__ = ["DESTINATION", "ENTERED", "LEFT", "LENGTH", "MADE", "MESSAGE", "SOURCE", "TAKEN", "TAKEN_NOW", "UNARRIVED",
-           "PacketNetwork", "network_cycle", "packet_network", "send"]
+__all__ = ["Count", "Packet", "PacketNetwork", "network_cycle", "packet_network", "send"]
 
-# Columns of packets: what the sender writes; the cycles in which the first flit has entered, and in which the last one
-# has left and has been accepted; the next packet of the same source and message.
-SOURCE, DESTINATION, LENGTH, MESSAGE, MADE, ENTERED, LEFT, TAKEN, _NEXT = range(9)
-# Of the counts: packets sent and not yet accepted, packets accepted in this cycle.
-UNARRIVED, TAKEN_NOW, _BUSY, _RETURNED, _SENDING, _SINKING = range(6)
+Packet = columns("Packet", "SOURCE DESTINATION LENGTH MESSAGE MADE ENTERED LEFT TAKEN NEXT")
+"""What the sender writes; the cycles in which the first flit has entered, and in which the last one has left and has
+been accepted; the next packet of the same source and message."""
 
-_PORTS, _CHANNELS, _KIND, _ENTRIES, _MESSAGES, _BY_AGE = range(6)
-_PORT, _CHANNEL, _ENTRY = range(3)
-_BEHIND, _BEFORE = range(2)
-# Of a flit, in a queue and on a wire.
-_PACKET, _NUMBER, _QUEUE = range(3)
-_HEAD, _LEVEL, _CREDITS, _HOLDER, _SINCE, _POSITION = range(6)
-_LAST_GRANTED, _GRANTED, _PRIORITY = range(3)
-_FIRST, _LAST, _SENT = range(3)
-_LAST_MESSAGE, _QUEUED, _SINK_HEAD, _SINK_LEVEL = range(4)
+Count = columns("Count", "UNARRIVED TAKEN_NOW BUSY RETURNED SENDING SINKING")
+"""Packets sent and not yet accepted, packets accepted in this cycle; entries of the lists of a network."""
+
+_Shape = columns("_Shape", "PORTS CHANNELS KIND ENTRIES MESSAGES BY_AGE")
+_Route = columns("_Route", "PORT CHANNEL ENTRY")
+_Link = columns("_Link", "BEHIND BEFORE")
+_Flit = columns("_Flit", "PACKET NUMBER QUEUE")
+_Queue = columns("_Queue", "HEAD LEVEL CREDITS HOLDER SINCE POSITION")
+_Port = columns("_Port", "LAST_GRANTED GRANTED PRIORITY")
+_Row = columns("_Row", "FIRST LAST SENT")
+_Node = columns("_Node", "LAST_MESSAGE QUEUED SINK_HEAD SINK_LEVEL")
 _NONE = -1
 
 
@@ -59,11 +59,11 @@ class PacketNetwork(NamedTuple):
     nodes, sending, sinking, waiting
         State of each source and sink; those with packets; flits in each sink.
     packets
-        Packets x 9, see the columns; a caller may use a row again when its packet has been accepted.
+        Packets x 9, see `Packet`; a caller may use a row again when its packet has been accepted.
     taken
         Packets accepted in this cycle.
     counts
-        See the columns.
+        See `Count`.
     """
 
     shape: np.ndarray
@@ -123,14 +123,14 @@ def packet_network(routing: Routing, *, packets: int, buffer_flits: int, message
     def array(*shape, value=0):
         return np.full(shape, value, dtype=np.int64)
 
-    state = array(count, 6)
-    state[:, _CREDITS], state[:, _HOLDER], state[:, _POSITION] = buffer_flits, _NONE, _NONE
-    granted = array(nodes * ports, 3, value=_NONE)
-    granted[:, _LAST_GRANTED] = ports * channels - 1
-    rows = array(nodes * messages, 3, value=_NONE)
-    rows[:, _SENT] = 0
-    of_nodes = array(nodes, 4)
-    of_nodes[:, _LAST_MESSAGE] = messages - 1
+    state = array(count, len(_Queue))
+    state[:, _Queue.CREDITS], state[:, _Queue.HOLDER], state[:, _Queue.POSITION] = buffer_flits, _NONE, _NONE
+    granted = array(nodes * ports, len(_Port), value=_NONE)
+    granted[:, _Port.LAST_GRANTED] = ports * channels - 1
+    rows = array(nodes * messages, len(_Row), value=_NONE)
+    rows[:, _Row.SENT] = 0
+    of_nodes = array(nodes, len(_Node))
+    of_nodes[:, _Node.LAST_MESSAGE] = messages - 1
     return PacketNetwork(
         shape=np.array([ports, channels, routing.virtual_channels, buffer_flits, messages, arbitration == "age"],
                        dtype=np.int64),
@@ -140,27 +140,28 @@ def packet_network(routing: Routing, *, packets: int, buffer_flits: int, message
         wires=array(router_cycles + 1, nodes * ports, 3), on_wires=array(router_cycles + 1),
         returned=array(2 * nodes * ports), rows=rows, credits=array(nodes, channels, value=buffer_flits),
         nodes=of_nodes, sending=array(nodes), sinking=array(nodes),
-        waiting=array(nodes, channels * buffer_flits, 3), packets=array(packets, 9), taken=array(nodes),
-        counts=array(6))
+        waiting=array(nodes, channels * buffer_flits, 3), packets=array(packets, len(Packet)), taken=array(nodes),
+        counts=array(len(Count)))
 
 
 @compiled
 def send(network: PacketNetwork, packet: int) -> None:
     """A source sends a packet from the cycle in its column `MADE` on, after those that it was given before."""
     packets, rows = network.packets, network.rows
-    source = packets[packet, SOURCE]
-    row = source * network.shape[_MESSAGES] + packets[packet, MESSAGE]
-    packets[packet, _NEXT] = packets[packet, ENTERED] = packets[packet, LEFT] = packets[packet, TAKEN] = _NONE
-    if rows[row, _FIRST] == _NONE:
-        rows[row, _FIRST] = packet
+    source = packets[packet, Packet.SOURCE]
+    row = source * network.shape[_Shape.MESSAGES] + packets[packet, Packet.MESSAGE]
+    for column in (Packet.ENTERED, Packet.LEFT, Packet.TAKEN, Packet.NEXT):
+        packets[packet, column] = _NONE
+    if rows[row, _Row.FIRST] == _NONE:
+        rows[row, _Row.FIRST] = packet
     else:
-        packets[rows[row, _LAST], _NEXT] = packet
-    rows[row, _LAST] = packet
-    if network.nodes[source, _QUEUED] == 0:
-        network.sending[network.counts[_SENDING]] = source
-        network.counts[_SENDING] += 1
-    network.nodes[source, _QUEUED] += 1
-    network.counts[UNARRIVED] += 1
+        packets[rows[row, _Row.LAST], Packet.NEXT] = packet
+    rows[row, _Row.LAST] = packet
+    if network.nodes[source, _Node.QUEUED] == 0:
+        network.sending[network.counts[Count.SENDING]] = source
+        network.counts[Count.SENDING] += 1
+    network.nodes[source, _Node.QUEUED] += 1
+    network.counts[Count.UNARRIVED] += 1
 
 
 @compiled
@@ -170,7 +171,7 @@ def network_cycle(network: PacketNetwork, cycle: int) -> None:
     Cycles are called one after the other; those in which no packet is unarrived may be left out.
     """
     # All grants, acceptances and entries follow from the state at the cycle's begin.
-    slot, earlier = cycle % len(network.on_wires), network.counts[_RETURNED]
+    slot, earlier = cycle % len(network.on_wires), network.counts[Count.RETURNED]
     _grant(network, cycle, slot)
     _take(network, cycle)
     _enter(network, cycle)
@@ -182,30 +183,30 @@ def network_cycle(network: PacketNetwork, cycle: int) -> None:
 def _grant(network, cycle, slot):
     """Each output port grants one eligible queue: its first flit is on the wires after the cycles of a router."""
     queues, ports = network.queues, network.ports
-    channels, of_node = network.shape[_CHANNELS], network.shape[_PORTS] * network.shape[_CHANNELS]
+    channels, of_node = network.shape[_Shape.CHANNELS], network.shape[_Shape.PORTS] * network.shape[_Shape.CHANNELS]
     requested = 0
-    for at in range(network.counts[_BUSY]):
+    for at in range(network.counts[Count.BUSY]):
         queue = network.busy[at]
-        head = queues[queue, _HEAD]
-        target = network.flits[queue, head, _QUEUE]
-        holder = _NONE if network.flits[queue, head, _NUMBER] == 0 else queue
-        if queues[target, _CREDITS] == 0 or queues[target, _HOLDER] != holder:
+        head = queues[queue, _Queue.HEAD]
+        target = network.flits[queue, head, _Flit.QUEUE]
+        holder = _NONE if network.flits[queue, head, _Flit.NUMBER] == 0 else queue
+        if queues[target, _Queue.CREDITS] == 0 or queues[target, _Queue.HOLDER] != holder:
             continue
         port = target // channels
-        if network.shape[_BY_AGE]:
-            priority = queue % of_node - of_node * (cycle - queues[queue, _SINCE])
+        if network.shape[_Shape.BY_AGE]:
+            priority = queue % of_node - of_node * (cycle - queues[queue, _Queue.SINCE])
         else:
-            priority = (queue % of_node + of_node - ports[port, _LAST_GRANTED] - 1) % of_node
-        if ports[port, _GRANTED] == _NONE:
+            priority = (queue % of_node + of_node - ports[port, _Port.LAST_GRANTED] - 1) % of_node
+        if ports[port, _Port.GRANTED] == _NONE:
             network.requested[requested] = port
             requested += 1
-        elif ports[port, _PRIORITY] < priority:
+        elif ports[port, _Port.PRIORITY] < priority:
             continue
-        ports[port, _GRANTED], ports[port, _PRIORITY] = queue, priority
+        ports[port, _Port.GRANTED], ports[port, _Port.PRIORITY] = queue, priority
     for index in range(requested):
         port = network.requested[index]
-        queue = ports[port, _GRANTED]
-        ports[port, _GRANTED], ports[port, _LAST_GRANTED] = _NONE, queue % of_node
+        queue = ports[port, _Port.GRANTED]
+        ports[port, _Port.GRANTED], ports[port, _Port.LAST_GRANTED] = _NONE, queue % of_node
         _leave(network, queue, cycle, slot)
 
 
@@ -213,85 +214,85 @@ def _grant(network, cycle, slot):
 def _leave(network, queue, cycle, slot):
     """The first flit of a queue leaves it."""
     queues, wire = network.queues, network.wires[slot, network.on_wires[slot]]
-    first = network.flits[queue, queues[queue, _HEAD]]
-    target = first[_QUEUE]
-    wire[_PACKET], wire[_NUMBER], wire[_QUEUE] = first[_PACKET], first[_NUMBER], target
+    first = network.flits[queue, queues[queue, _Queue.HEAD]]
+    target = first[_Flit.QUEUE]
+    wire[_Flit.PACKET], wire[_Flit.NUMBER], wire[_Flit.QUEUE] = first[_Flit.PACKET], first[_Flit.NUMBER], target
     network.on_wires[slot] += 1
-    queues[target, _CREDITS] -= 1
-    last = network.packets[first[_PACKET], LENGTH] - 1
-    queues[target, _HOLDER] = _NONE if first[_NUMBER] == last else queue
-    queues[queue, _HEAD] = (queues[queue, _HEAD] + 1) % network.shape[_ENTRIES]
-    queues[queue, _LEVEL] -= 1
-    queues[queue, _SINCE] = cycle + 1
-    if queues[queue, _LEVEL] == 0:
-        network.counts[_BUSY] -= 1
-        moved, position = network.busy[network.counts[_BUSY]], queues[queue, _POSITION]
+    queues[target, _Queue.CREDITS] -= 1
+    last = network.packets[first[_Flit.PACKET], Packet.LENGTH] - 1
+    queues[target, _Queue.HOLDER] = _NONE if first[_Flit.NUMBER] == last else queue
+    queues[queue, _Queue.HEAD] = (queues[queue, _Queue.HEAD] + 1) % network.shape[_Shape.ENTRIES]
+    queues[queue, _Queue.LEVEL] -= 1
+    queues[queue, _Queue.SINCE] = cycle + 1
+    if queues[queue, _Queue.LEVEL] == 0:
+        network.counts[Count.BUSY] -= 1
+        moved, position = network.busy[network.counts[Count.BUSY]], queues[queue, _Queue.POSITION]
         network.busy[position] = moved
-        queues[moved, _POSITION] = position
-    network.returned[network.counts[_RETURNED]] = queue
-    network.counts[_RETURNED] += 1
+        queues[moved, _Queue.POSITION] = position
+    network.returned[network.counts[Count.RETURNED]] = queue
+    network.counts[Count.RETURNED] += 1
 
 
 @compiled
 def _take(network, cycle):
     """Each sink accepts a flit; its credit returns at once."""
     nodes, counts = network.nodes, network.counts
-    ports, channels = network.shape[_PORTS], network.shape[_CHANNELS]
-    counts[TAKEN_NOW], at = 0, 0
-    while at < counts[_SINKING]:
+    ports, channels = network.shape[_Shape.PORTS], network.shape[_Shape.CHANNELS]
+    counts[Count.TAKEN_NOW], at = 0, 0
+    while at < counts[Count.SINKING]:
         node = network.sinking[at]
-        flit = network.waiting[node, nodes[node, _SINK_HEAD]]
-        packet = flit[_PACKET]
-        network.queues[(node * ports + LOCAL) * channels + flit[_QUEUE], _CREDITS] += 1
-        if flit[_NUMBER] == network.packets[packet, LENGTH] - 1:
-            network.packets[packet, TAKEN] = cycle
-            network.taken[counts[TAKEN_NOW]] = packet
-            counts[TAKEN_NOW] += 1
-            counts[UNARRIVED] -= 1
-        nodes[node, _SINK_HEAD] = (nodes[node, _SINK_HEAD] + 1) % network.waiting.shape[1]
-        nodes[node, _SINK_LEVEL] -= 1
-        if nodes[node, _SINK_LEVEL]:
+        flit = network.waiting[node, nodes[node, _Node.SINK_HEAD]]
+        packet = flit[_Flit.PACKET]
+        network.queues[(node * ports + LOCAL) * channels + flit[_Flit.QUEUE], _Queue.CREDITS] += 1
+        if flit[_Flit.NUMBER] == network.packets[packet, Packet.LENGTH] - 1:
+            network.packets[packet, Packet.TAKEN] = cycle
+            network.taken[counts[Count.TAKEN_NOW]] = packet
+            counts[Count.TAKEN_NOW] += 1
+            counts[Count.UNARRIVED] -= 1
+        nodes[node, _Node.SINK_HEAD] = (nodes[node, _Node.SINK_HEAD] + 1) % network.waiting.shape[1]
+        nodes[node, _Node.SINK_LEVEL] -= 1
+        if nodes[node, _Node.SINK_LEVEL]:
             at += 1
         else:
-            counts[_SINKING] -= 1
-            network.sinking[at] = network.sinking[counts[_SINKING]]
+            counts[Count.SINKING] -= 1
+            network.sinking[at] = network.sinking[counts[Count.SINKING]]
 
 
 @compiled
 def _enter(network, cycle):
     """Each source sends a flit of the next kind of messages that has one and a credit."""
-    rows, counts, messages = network.rows, network.counts, network.shape[_MESSAGES]
-    ports, channels = network.shape[_PORTS], network.shape[_CHANNELS]
+    rows, counts, messages = network.rows, network.counts, network.shape[_Shape.MESSAGES]
+    ports, channels = network.shape[_Shape.PORTS], network.shape[_Shape.CHANNELS]
     at = 0
-    while at < counts[_SENDING]:
+    while at < counts[Count.SENDING]:
         node = network.sending[at]
         state, left = network.nodes[node], False
         for offset in range(1, messages + 1):
-            message = (state[_LAST_MESSAGE] + offset) % messages
+            message = (state[_Node.LAST_MESSAGE] + offset) % messages
             row = node * messages + message
-            packet = rows[row, _FIRST]
-            if packet == _NONE or network.packets[packet, MADE] > cycle:
+            packet = rows[row, _Row.FIRST]
+            if packet == _NONE or network.packets[packet, Packet.MADE] > cycle:
                 continue
             given = network.packets[packet]
-            channel = (message * network.shape[_KIND]
-                       + network.route[_ENTRY, node, given[DESTINATION]])
+            channel = (message * network.shape[_Shape.KIND]
+                       + network.route[_Route.ENTRY, node, given[Packet.DESTINATION]])
             if network.credits[node, channel] == 0:
                 continue
             network.credits[node, channel] -= 1
-            state[_LAST_MESSAGE] = message
-            number = rows[row, _SENT]
+            state[_Node.LAST_MESSAGE] = message
+            number = rows[row, _Row.SENT]
             if number == 0:
-                given[ENTERED] = cycle
+                given[Packet.ENTERED] = cycle
             _put(network, (node * ports + LOCAL) * channels + channel, packet, number, cycle)
-            rows[row, _SENT] += 1
-            if rows[row, _SENT] == given[LENGTH]:
-                rows[row, _FIRST], rows[row, _SENT] = given[_NEXT], 0
-                state[_QUEUED] -= 1
-                left = state[_QUEUED] == 0
+            rows[row, _Row.SENT] += 1
+            if rows[row, _Row.SENT] == given[Packet.LENGTH]:
+                rows[row, _Row.FIRST], rows[row, _Row.SENT] = given[Packet.NEXT], 0
+                state[_Node.QUEUED] -= 1
+                left = state[_Node.QUEUED] == 0
             break
         if left:
-            counts[_SENDING] -= 1
-            network.sending[at] = network.sending[counts[_SENDING]]
+            counts[Count.SENDING] -= 1
+            network.sending[at] = network.sending[counts[Count.SENDING]]
         else:
             at += 1
 
@@ -299,56 +300,56 @@ def _enter(network, cycle):
 @compiled
 def _return_credits(network, earlier):
     """The credits of the cycle before arrive; those of this one follow in the next."""
-    returned, channels, ports = network.returned, network.shape[_CHANNELS], network.shape[_PORTS]
+    returned, channels, ports = network.returned, network.shape[_Shape.CHANNELS], network.shape[_Shape.PORTS]
     for index in range(earlier):
         port, channel = returned[index] // channels, returned[index] % channels
-        before = network.linked[port, _BEFORE]
+        before = network.linked[port, _Link.BEFORE]
         if before != NOWHERE:
-            network.queues[before * channels + channel, _CREDITS] += 1
+            network.queues[before * channels + channel, _Queue.CREDITS] += 1
         else:
             network.credits[port // ports, channel] += 1
-    now = network.counts[_RETURNED] - earlier
+    now = network.counts[Count.RETURNED] - earlier
     for index in range(now):
         returned[index] = returned[index + earlier]
-    network.counts[_RETURNED] = now
+    network.counts[Count.RETURNED] = now
 
 
 @compiled
 def _arrive(network, cycle, slot):
     """Flits on the wires are in the next queue, or in a sink."""
-    channels = network.shape[_CHANNELS]
+    channels = network.shape[_Shape.CHANNELS]
     for index in range(network.on_wires[slot]):
         flit = network.wires[slot, index]
-        port, channel = flit[_QUEUE] // channels, flit[_QUEUE] % channels
-        behind = network.linked[port, _BEHIND]
+        port, channel = flit[_Flit.QUEUE] // channels, flit[_Flit.QUEUE] % channels
+        behind = network.linked[port, _Link.BEHIND]
         if behind != NOWHERE:
-            _put(network, behind * channels + channel, flit[_PACKET], flit[_NUMBER], cycle)
+            _put(network, behind * channels + channel, flit[_Flit.PACKET], flit[_Flit.NUMBER], cycle)
             continue
-        node = port // network.shape[_PORTS]
+        node = port // network.shape[_Shape.PORTS]
         state = network.nodes[node]
-        entry = network.waiting[node, (state[_SINK_HEAD] + state[_SINK_LEVEL]) % network.waiting.shape[1]]
-        entry[_PACKET], entry[_NUMBER], entry[_QUEUE] = flit[_PACKET], flit[_NUMBER], channel
-        if state[_SINK_LEVEL] == 0:
-            network.sinking[network.counts[_SINKING]] = node
-            network.counts[_SINKING] += 1
-        state[_SINK_LEVEL] += 1
-        if flit[_NUMBER] == network.packets[flit[_PACKET], LENGTH] - 1:
-            network.packets[flit[_PACKET], LEFT] = cycle
+        entry = network.waiting[node, (state[_Node.SINK_HEAD] + state[_Node.SINK_LEVEL]) % network.waiting.shape[1]]
+        entry[_Flit.PACKET], entry[_Flit.NUMBER], entry[_Flit.QUEUE] = flit[_Flit.PACKET], flit[_Flit.NUMBER], channel
+        if state[_Node.SINK_LEVEL] == 0:
+            network.sinking[network.counts[Count.SINKING]] = node
+            network.counts[Count.SINKING] += 1
+        state[_Node.SINK_LEVEL] += 1
+        if flit[_Flit.NUMBER] == network.packets[flit[_Flit.PACKET], Packet.LENGTH] - 1:
+            network.packets[flit[_Flit.PACKET], Packet.LEFT] = cycle
     network.on_wires[slot] = 0
 
 
 @compiled
 def _put(network, queue, packet, number, cycle):
     """A flit is the last one of a queue from the next cycle on."""
-    state, channels = network.queues[queue], network.shape[_CHANNELS]
-    ports, kind = network.shape[_PORTS], network.shape[_KIND]
-    node, destination = queue // channels // ports, network.packets[packet, DESTINATION]
-    flit = network.flits[queue, (state[_HEAD] + state[_LEVEL]) % network.shape[_ENTRIES]]
-    flit[_PACKET], flit[_NUMBER] = packet, number
-    flit[_QUEUE] = ((node * ports + network.route[_PORT, node, destination]) * channels
-                    + queue % channels // kind * kind + network.route[_CHANNEL, node, destination])
-    if state[_LEVEL] == 0:
-        state[_SINCE], state[_POSITION] = cycle + 1, network.counts[_BUSY]
-        network.busy[network.counts[_BUSY]] = queue
-        network.counts[_BUSY] += 1
-    state[_LEVEL] += 1
+    state, channels = network.queues[queue], network.shape[_Shape.CHANNELS]
+    ports, kind = network.shape[_Shape.PORTS], network.shape[_Shape.KIND]
+    node, destination = queue // channels // ports, network.packets[packet, Packet.DESTINATION]
+    flit = network.flits[queue, (state[_Queue.HEAD] + state[_Queue.LEVEL]) % network.shape[_Shape.ENTRIES]]
+    flit[_Flit.PACKET], flit[_Flit.NUMBER] = packet, number
+    flit[_Flit.QUEUE] = ((node * ports + network.route[_Route.PORT, node, destination]) * channels
+                    + queue % channels // kind * kind + network.route[_Route.CHANNEL, node, destination])
+    if state[_Queue.LEVEL] == 0:
+        state[_Queue.SINCE], state[_Queue.POSITION] = cycle + 1, network.counts[Count.BUSY]
+        network.busy[network.counts[Count.BUSY]] = queue
+        network.counts[Count.BUSY] += 1
+    state[_Queue.LEVEL] += 1

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from golden.base.errors import InputError
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.load import load_scene
 from tb.golden.scene.gltf_nodes import node_trees
@@ -61,3 +62,17 @@ def test_what_nodes_hold_moves_with_the_product_of_their_matrices(place, tree, t
     assert point.intensity == (2, 2, 2)
     for direction, number in ((spot.cone.direction, lamps[1]), (sun.direction, lamps[2])):
         np.testing.assert_allclose(unit(np.array(direction)), -unit(world[number][:3, 2]), atol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:.*length of a rotation:golden.base.errors.InputWarning")
+@pytest.mark.parametrize("length", [1e-3, 0.99, 2])
+def test_a_rotation_of_any_length_turns_alone(place, length):
+    half = np.sqrt(0.5) * length
+    scene = load_scene(gltf(place, nodes=[{"mesh": 0, "rotation": [0, 0, half, half]}]))
+    corners = scene.vertices.reshape(-1, 3)
+    np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)], [(-1, 0, 0), (0, 1, 0)], atol=1e-12)
+
+
+def test_a_rotation_of_length_0_is_refused(place):
+    with pytest.raises(InputError, match="a rotation is 0, which is no quaternion of length 1"):
+        load_scene(gltf(place, nodes=[{"mesh": 0, "rotation": [0, 0, 0, 0]}]))

@@ -32,6 +32,7 @@ WRONG = {
     "extensions.KHR_lights_punctual.lights[0].spot.innerConeAngle": (False, NUMBER),
     "cameras[0].perspective.yfov": ([], NUMBER), "accessors[0].count": (-1, "a whole number of at least 0"),
     "textures[0].source": (0.5, "a whole number of at least 0"),
+    "meshes[0].primitives[0].extensions": ([], "an object"),
     "samplers[0].wrapT": ("x", "a whole number of at least 0"),
     "buffers[0].uri": (1, "a string"), "images[0].uri": ({}, "a string"), "extensionsRequired[0]": (1, "a string"),
     "scene": (1.0, "a whole number"), "scenes[0].nodes[0]": ("0", "a whole number"),

@@ -26,8 +26,9 @@ TREES = {
     "scenes": ({"scenes": [{"nodes": [0]}] * 3}, "not used: scenes beside the first (2)"),
     "extensions": ({"extensionsUsed": ["KHR_materials_ior", "KHR_materials_sheen"]},
                    "not used: extension KHR_materials_sheen"),
-    "undeclared": ({"materials": [{"extensions": {"KHR_materials_clearcoat": {}}}]},
-                   "not used: extension KHR_materials_clearcoat"),
+    "undeclared": ({"materials": [{"extensions": {"KHR_materials_clearcoat": {}}}],
+                    "nodes": [{"mesh": 0, "extensions": {"KHR_node_visibility": {"visible": False}}}]},
+                   "not used: extension KHR_materials_clearcoat, extension KHR_node_visibility"),
     "orthographic": ({"cameras": [{"type": "orthographic"}, *[{"perspective": {"yfov": 1}}] * 2]},
                      "not used: cameras beside the first, orthographic camera"),
     "negative": ({"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0, 2, 0, 1]},
@@ -48,6 +49,11 @@ TREES = {
     "picture": ({"materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
                  "textures": [{"source": 0}], "images": [{"uri": "my%20wall.png"}]},
                 "there is no picture 'my wall.png': baseColorTexture 0 is not used"),
+    "frames": ({"materials": [{"emissiveTexture": {"index": 0}}], "textures": [{"source": 0}],
+                "images": [{"uri": "moving.gif"}]},
+               "not used: further frames of emissiveTexture, texture of a face without "
+               "coordinates (2)"),
+    "turned": ({"nodes": [{"mesh": 0, "rotation": [0, 0, 0, 2]}]}, "not used: length of a rotation"),
     "no picture": ({"materials": [{"emissiveTexture": {"index": 0}}], "textures": [{}]},
                    "texture 0 has no picture that can be read: emissiveTexture is not used"),
 }
@@ -63,6 +69,10 @@ LIBRARIES = {
     "map_Kd -s 2 2 1 -clamp on -bm 0.5 a.png": "not used: '-bm' of 'map_Kd'",
     "Kd 0 0 0\nmap_Kd a.png -texres 9": "not used: '-texres' of 'map_Kd', 'Kd' of 0 with a picture",
     "map_Kd clear.png": "not used: alpha of 'map_Kd'",
+    "map_Kd moving.gif": "not used: further frames of 'map_Kd'",
+    "Kd 1 0 0\nKd 0 1 0\nd 1\nd 1": "not used: earlier 'Kd' of a material, earlier 'd' of a material",
+    "map_Kd clear.png\nmap_Kd a.png":
+        "not used: alpha of 'map_Kd', earlier 'map_Kd' of a material",
     "map_Kd -clamp on": "not used: 'map_Kd' without a name",
     "map_Kd /parts/a.png": "there is no file '/parts/a.png': 'a.png' is taken for it",
     "map_Kd gone away.png": "a.mtl:2: there is no picture 'gone away.png': 'Kd' alone is used",
@@ -120,6 +130,8 @@ CASES = [*FILES, *TREES, *LIBRARIES]
 
 def named(folder, case):
     """The file of a case, and what is named of it."""
+    frames = [Image.new("L", (2, 2), shade) for shade in (0, 255)]
+    frames[0].save(folder / "moving.gif", save_all=True, append_images=frames[1:])
     if case in TREES:
         return gltf(folder, **TREES[case][0]), TREES[case][1]
     for name, materials in {"b": "bc", "c": "b", "e": ["wall # east"], "own": ["wall"]}.items():
@@ -167,6 +179,8 @@ def test_a_byte_order_mark_hides_no_first_line(tmp_path):
     write(tmp_path, "a.mtl", "\ufeffnewmtl a\nKe 1 2 3\n")
     scene = load_scene(write(tmp_path, "a.obj", "\ufeffmtllib a.mtl\nusemtl a\n" + SQUARE + "f 1 2 3 4\n"))
     assert scene.materials[0].emission == (1, 2, 3)
+    tree = json.dumps({"asset": {"version": "3"}})
+    assert "not of version 2" in refusal(write(tmp_path, "a.gltf", "\ufeff" + tree))
 
 
 @pytest.mark.parametrize("name", FORMATS)

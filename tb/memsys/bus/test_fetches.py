@@ -1,12 +1,13 @@
 """What the caches fetch: lists in parts and patches, from a memory that is late; malformed tables and errors."""
 
 import random
+from collections import defaultdict
 from dataclasses import dataclass
 
 from golden.engine.config import Config
 from hw.lib.payload import pack
 from hw.memsys.bus.cell_fetch import CellFetch
-from hw.memsys.bus.patch_fetch import PatchFetch
+from hw.memsys.bus.patch_fetch import PATCH_WORDS, PatchFetch
 from hw.memsys.patches.path_formats import BEATS, PathFormats
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import config_of
@@ -23,12 +24,14 @@ ERROR, WRONG = "error", "wrong"
 
 @dataclass(frozen=True)
 class Memory:
-    """The tables, the offsets of words that cannot be read, and the records of all fetches, or `ERROR` or `WRONG`."""
+    """The tables, the offsets of words that cannot be read, and of all fetches the records, or `ERROR` or `WRONG`, and
+    the entries of the list that are read, None if no record is.
+    """
 
     image: bytes
     fails: list
     records: list
-    requests: int
+    entries: list
 
     def beats(self, request):
         """The reply to a request."""
@@ -52,7 +55,7 @@ class Fetches(Bench):
     def check(self, given, came):
         fills, memory = self.values("o", came), given.about
         assert len(fills) == self.size * len(memory.records)
-        assert len(came[self.records_at]) == memory.requests, "the record of each that there is"
+        assert len(came[self.records_at]) == len(given.inputs["i"]) - memory.entries.count(None)
         for number, record in enumerate(memory.records):
             beats = fills[self.size * number:self.size * (number + 1)]
             assert [(one["slot"], one["beat"]) for one in beats] == [(number % FETCHES, k) for k in range(self.size)]
@@ -66,8 +69,20 @@ class Fetches(Bench):
         """What is known of the data of a beat."""
         return data
 
-    def check_times(self, given, cycles, latency):
-        assert cycles[self.records_at][0] - cycles["i"][0] == latency
+    def predict(self, given, trace, component, config):
+        """A fetch waits for an entry of the queue, and a record for the request of the one before."""
+        found, passed, requested, left = defaultdict(list), 0, 0, [0] * FETCHES
+        fill = self.fill(given, trace, found)
+        next(fill)
+        for number, offered in enumerate(trace.offered["i"]):
+            found["i"].append(max(offered, passed))
+            exists = given.about.entries[number] is not None
+            passed = max(found["i"][-1], left[-FETCHES], requested if exists else 0) + 1
+            if exists:
+                requested = trace.ready(self.records_at, passed + 1)
+                found[self.records_at].append(requested)
+            left.append(fill.send((number, passed)))
+        return found
 
 
 def patches(draw, count):
@@ -93,7 +108,23 @@ class TestPatchFetch(Fetches):
             pack(FORMATS.patch_head, {"patch": key, "surface": surface[key]}),
             *(sum(part << WIDTH * axis for axis, part in enumerate(one)) for one in vertices[key])] for key in keys]
         return self.of(keys, {"base": BASE + bases["patches"], "count": count}, Memory(
-            bytes(image), [bases["patches"] + 9 * 64 + 32], records, sum(key < count for key in keys)))
+            bytes(image), [bases["patches"] + 9 * 64 + 32], records,
+            [range(0) if key < count else None for key in keys]))
+
+    def fill(self, given, trace, found):
+        """A word per cycle, and a beat for each but word 1."""
+        replies, word = iter(trace.offered["i_reply"]), 0
+        number, passed = yield
+        while True:
+            word = max(word, passed)
+            for index in range(PATCH_WORDS):
+                word += 1
+                if given.about.entries[number] is not None:
+                    word = max(word, next(replies))
+                    found["i_reply"].append(word)
+                if index != 1:
+                    found["o"].append(word)
+            number, passed = yield word
 
 
 class TestCellFetch(Fetches):
@@ -114,15 +145,41 @@ class TestCellFetch(Fetches):
     def known(self, data):
         return data if data["is_id"] else {**data, "number": None}
 
-    def check_times(self, given, cycles, latency):
-        super().check_times(given, cycles, latency)
-        assert cycles["o_request__1"][0] - cycles["i_reply__0"][0] == 5
+    def fill(self, given, trace, found):
+        """A record, three cycles, the request for its entries; an entry per cycle, of which a beat has two."""
+        records, lists = (iter(trace.offered[f"i_reply__{k}"]) for k in range(2))
+        request = word = passes = 0
+        left = [0] * FETCHES
+        number, passed = yield
+        while True:
+            entries = given.about.entries[number]
+            read = max(passed, passes) + 1
+            if entries is not None:
+                read = max(read, next(records))
+                found["i_reply__0"].append(read)
+            passes = max(read + 4, left[-FETCHES] + 1)
+            if entries:
+                passes = max(passes, request + 1)
+                request = trace.ready("o_request__1", passes + 1)
+                found["o_request__1"].append(request)
+            word = max(word, passes)
+            for index in range(self.size):
+                word += 1
+                if entries and index < len(entries):
+                    if not index or entries[index] % 2 == 0:
+                        reply = next(lists)
+                    word = max(word, reply)
+                    if entries[index] % 2 or index == len(entries) - 1:
+                        found["i_reply__1"].append(word)
+                found["o"].append(word)
+            left.append(word)
+            number, passed = yield passes
 
-    def of_cells(self, keys, image, bases, records, *, cells, lists, names, fails=()):
+    def of_cells(self, keys, image, bases, records, entries, *, cells, lists, names, fails=()):
         """Vectors of parts of lists; ``names``: patches that there are."""
         return self.of(keys, {"cells_base": BASE + bases["cells"], "lists_base": BASE + bases["lists"],
                               "scene": {"cells": cells, "lists": lists, "patches": names}},
-                       Memory(image, fails, records, sum(key["cell"] < cells for key in keys)))
+                       Memory(image, fails, records, entries))
 
     def parts(self, config: Config):
         """Lists here, beyond, empty, and such that cannot be; entries that name no patch."""
@@ -151,8 +208,14 @@ class TestCellFetch(Fetches):
             return [{"number": number, "is_id": int(number is not None), "more": int(end < pointer + count)}
                     for number in [*numbers, *[None] * 4][:4]]
 
-        return self.of_cells(keys, image, bases, [record(**key) for key in keys], cells=len(cells), lists=len(lists),
-                             names=names, fails=fails)
+        def entries(cell, part):
+            if cell >= len(cells) or record(cell, part) == WRONG:
+                return range(0) if cell < len(cells) else None
+            pointer, count = cells[cell]
+            return range(pointer + 4 * part, min(pointer + count, pointer + 4 * part + 4))
+
+        return self.of_cells(keys, image, bases, [record(**key) for key in keys], [entries(**key) for key in keys],
+                             cells=len(cells), lists=len(lists), names=names, fails=fails)
 
     def long_lists(self, config: Config):
         """Without an error the part behind the last one that can be named would be the first one again."""
@@ -161,4 +224,6 @@ class TestCellFetch(Fetches):
         image, bases = scene_image([0, 0], [count, count + 1], [0] * (count + 1), patches(random.Random(1), 1), [0])
         keys = [{"cell": cell, "part": part} for cell in range(2) for part in (parts - 2, parts - 1)]
         first, last = ([{"number": 0, "is_id": 1, "more": more}] * 4 for more in (1, 0))
-        return self.of_cells(keys, image, bases, [first, last, first, ERROR], cells=2, lists=count + 1, names=1)
+        entries = [range(count - 8, count - 4), range(count - 4, count), range(count - 8, count - 4), range(0)]
+        return self.of_cells(keys, image, bases, [first, last, first, ERROR], entries, cells=2, lists=count + 1,
+                             names=1)

@@ -1,7 +1,5 @@
 """Beats of sections of any alignment; `tb.memsys.results.test_result_writer` compares the memory that they make."""
 
-from itertools import pairwise
-
 import pytest
 
 from golden.engine.jobs.result_formats import HitFormat
@@ -11,7 +9,7 @@ from tb.lib.configurations import config_of
 from tb.lib.runner import SIMULATORS
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.memsys.results.test_result_address import extent_of
-from tb.memsys.section_results import drawn_section, joined
+from tb.memsys.section_results import Packing, drawn_section, joined
 
 CHANGES = [{"memory.data_bits": bits} for bits in (64, 128)]
 
@@ -47,32 +45,19 @@ class TestResultPacker(Bench):
     def check(self, given, came):
         assert written(self.values("o", came)) == given.expected["o"]
 
-    def check_times(self, given, cycles, latency):
-        """A hit per cycle, or a beat; a sum per cycle; nothing between them, and a cycle before the next section."""
-        whole = 2 if self.now_bits == 64 else 1
-        hits, sums, taken, beats = (iter(cycles[name]) for name in ("i_hit", "i_sum", "i", "o"))
-        before, timed = None, 0
-        for one in given.about:
-            interval = whole if one.command.hit_format == HitFormat.FULL else 1
-            begins, hit = next(taken, None), [next(hits, None) for _ in one.hit_items]
-            found = [*hit, *(next(sums, None) for _ in one.sum_items)]
-            if None in (begins, *found, *(next(beats, None) for _ in one.beats(self.now_bits))):
-                break
-            timed += 1
-            assert {b - a for a, b in pairwise(hit)} <= {interval}
-            assert {b - a for a, b in pairwise(found[len(hit) - 1:])} == {1}
-            assert hit[0] == begins + interval
-            assert before is None or begins == before + 1
-            before = found[-1]
-        assert timed >= 3
+    def predict(self, given, trace, component, config):
+        """A cycle lies between the last sum of a section and the next one."""
+        found, now = {name: [] for name in trace.cycles}, 0
 
-    def make(self, config):
-        self.now_bits = config.memory.data_bits
-        return super().make(config)
+        def leave(cycle, beat):
+            found["o"].append(trace.ready("o", cycle))
+            return found["o"][-1]
 
-    def unstalled(self, given, cycles, half):
-        """The first half of each stream: what belongs to later sections is missing in one of them."""
-        return {name: cycles[name][:half[name]] for name in given.inputs} | {"o": cycles["o"][:len(cycles["o"]) // 2]}
+        packing = Packing(config.memory.data_bits, trace, found, leave)
+        for one, offered in zip(given.about, trace.offered["i"], strict=True):
+            found["i"].append(max(offered, now + 1))
+            now = packing.add(one, found["i"][-1])
+        return found
 
 
 class TestWideBeats(TestResultPacker):

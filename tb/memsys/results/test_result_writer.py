@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from golden.engine.ctu.sector import Sector
 from golden.engine.jobs.result_formats import HitFormat
+from hw.memsys.port.beat_writer import DEPTH, REQUESTS
 from hw.memsys.port.fault import Fault
 from hw.memsys.results.result_writer import ResultWriter
 from tb.lib.bench import Bench, Vectors
@@ -18,7 +19,7 @@ from tb.lib.responder import Responder, responder
 from tb.lib.runner import SIMULATORS
 from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
-from tb.memsys.section_results import FULL_GROUP, drawn_section, joined
+from tb.memsys.section_results import FULL_GROUP, Packing, drawn_section, joined
 from tb.memsys.write_memory import WriteMemory
 
 # Regions of sections, so far from each other that none meets another one.
@@ -51,8 +52,9 @@ class TestResultWriter(Bench):
         sections = [drawn_section(100 * seed + k, config, base=APART * (k + 1)) for k in range(self.count)]
         requests = [{**request, "tag": 0} for one in sections for request in one.requests(bits)]
         memory = WriteMemory(bits, requests)
-        return Vectors(inputs=joined(sections), expected={"o_request": requests, "o_done": list(map(done, sections))},
-                       about=(sections, memory, bits))
+        data = [{"data": None, "strobe": None}] * sum(request["length"] + 1 for request in requests)
+        return Vectors(inputs=joined(sections), about=(sections, memory, bits), expected={
+            "o_request": requests, "o_data": data, "o_done": list(map(done, sections))})
 
     @responder("o_data", "i_written", after=(0, 9))
     def data(self, value):
@@ -67,27 +69,34 @@ class TestResultWriter(Bench):
         """From the command to the first hit."""
         return documented_latency(ResultWriter, config, first_row=0)
 
-    def check_times(self, given, cycles, latency):
-        """A hit per cycle, or a beat; the next section begins after the end of the one before."""
+    def predict(self, given, trace, component, config):
+        """Beats wait until those of their request are there; a section waits for the end of the one before."""
         sections, _, bits = given.about
-        hits, sums, over, requests = (iter(cycles[name]) for name in ("i_hit", "i_sum", "o_done", "o_request"))
-        before = timed = 0
-        for one in sections:
-            interval = 2 if bits == 64 and one.command.hit_format == HitFormat.FULL else 1
-            hit, ends = [next(hits, None) for _ in one.hit_items], next(over, None)
-            if None in (ends, *hit, *(next(sums, None) for _ in one.sum_items),
-                        *(next(requests, None) for _ in one.requests(bits))):
-                break
-            assert {b - a for a, b in pairwise(hit)} <= {interval}
-            # Within one section of its own, and after the end of the one before.
-            assert not before or hit[0] == before + 1 + interval
-            before, timed = ends, timed + 1
-        assert timed
+        found, answers = {name: [] for name in trace.cycles}, [0] * REQUESTS + trace.offered["i_written"]
+        requests, data, accepted, group = [0] * REQUESTS, [0] * DEPTH, 0, 0
 
-    def unstalled(self, given, cycles, half):
-        """What belongs to later sections is missing in one of them."""
-        return {name: cycles[name][:half[name]] for name in given.inputs} | {
-            name: cycles[name][:len(cycles[name]) // 2] for name in ("o_request", "o_done")}
+        def leave(cycle, beat):
+            nonlocal accepted, group
+            cycle = max(cycle, data[accepted] + 1, requests[-REQUESTS] + 1)
+            accepted, group = accepted + 1, group + 1
+            if beat["ends"]:
+                answered = answers[len(requests) - REQUESTS]
+                requests.append(trace.ready("o_request", max(cycle, requests[-1], answered) + 1))
+                for _ in range(group):
+                    data.append(trace.ready("o_data", max(requests[-1], data[-1]) + 1))
+                group = 0
+            return cycle
+
+        packing, extent, done = Packing(bits, trace, found, leave), -1, -1
+        for one, offered in zip(sections, trace.offered["i"], strict=True):
+            # The command is accepted a cycle before its extent is there, and that is when the one before has left.
+            command = max(offered, found["i"][-1] + 1 if found["i"] else 0)
+            found["i"].append(max(command + 2 + one.command.section.first_row.bit_length(), extent + 1))
+            extent = max(found["i"][-1], done) + 1
+            last = packing.add(one, extent)
+            done = trace.ready("o_done", max(last, answers[len(requests) - 1]) + 2)
+            found["o_done"].append(done)
+        return found | {"o_request": requests[REQUESTS:], "o_data": data[DEPTH:], "i_written": answers[REQUESTS:]}
 
 
 class TestWideBeats(TestResultWriter):
@@ -149,27 +158,6 @@ def test_rate(bits, hit_format):
         assert cycles["i_hit"][0] - 1 == documented_latency(
             ResultWriter, CONFIGS[bits], first_row=rays.first_row) + interval - 1
         assert cycles["o_done"][0] - cycles["i_written"][-1] == 2
-
-
-def test_data_of_a_request_come_without_a_gap():
-    """Whatever the hits do."""
-    one = drawn_section(3, CONFIGS[64], columns=40, section=Sector(0, 40, 0, 4), hit_format=HitFormat.FULL)
-    memory, _ = run([one], 64, gaps=[5] * 200)
-    left = iter(BENCHES[64].cycles["o_data"])
-    for request in memory.requests:
-        assert {b - a for a, b in pairwise([next(left) for _ in range(request["length"] + 1)])} <= {1}
-
-
-def test_the_next_section_waits_for_the_end_of_the_one_before():
-    """Its command does not."""
-    sections = [drawn_section(k, CONFIGS[64], base=APART * (k + 1)) for k in range(4)]
-    run(sections, 64, delay=(30, 30), stalls={"o_done": [20, 0, 5, 0]})
-    cycles, first, second = BENCHES[64].cycles, 0, 0
-    for number, one in enumerate(sections[:-1]):
-        first, second = first + len(one.hit_items), second + len(one.sum_items)
-        assert cycles["i_hit"][first] > cycles["o_done"][number]
-        assert cycles["i_sum"][second] > cycles["o_done"][number]
-        assert cycles["i"][number + 1] < cycles["o_done"][number]
 
 
 @pytest.mark.parametrize("bits", [ALL_BITS[0], pytest.param(ALL_BITS[1], marks=pytest.mark.sim)])

@@ -57,7 +57,8 @@ def test_planes_may_be_unevenly_spaced_or_one(horizontal, values, whole):
 
 
 @pytest.mark.parametrize(("unit", "size", "opening"), [
-    (2, (0.6, 1.2, 0), (1.2, 0.6)), (1, (2, 4, 0), (1.2192, 0.6096)), (2, (-0.5, -0.5, 0), (0.5, 0.5))])
+    (2, (0.6, 1.2, 0), (1.2, 0.6)), (1, (2, 4, 0), (1.2192, 0.6096)), (2, (-0.5, -0.5, 0), (0.5, 0.5)),
+    (2, (-0.5, 0, 0), (0.5, 0.5))])
 def test_the_opening_is_in_metres_with_its_length_along_c0(unit, size, opening):
     assert read_ies(ies(unit=unit, size=size).encode()).opening == pytest.approx(opening)
 

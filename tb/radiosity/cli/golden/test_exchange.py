@@ -50,11 +50,12 @@ def test_a_table_may_list_patches(factors, tmp_path):
     assert [float(row["temperature"]) for row in rows(tmp_path / "q.csv")] == [300, 400, 500]
 
 
-def test_a_wrong_line_of_a_table_is_named_as_an_editor_numbers_it(factors, tmp_path):
-    (tmp_path / "t.csv").write_text("surface,temperature,emissivity\nsun,600,0.9\nwall,warm,0.5\n")
+@pytest.mark.parametrize("word", ["warm", "3_00"])
+def test_a_wrong_line_of_a_table_is_named_as_an_editor_numbers_it(factors, tmp_path, word):
+    (tmp_path / "t.csv").write_text(f"surface,temperature,emissivity\nsun,600,0.9\nwall,{word},0.5\n")
     result = run("exchange", "F.nc", "t.csv", "-o", "q.csv")
     assert result.exit_code
-    assert "t.csv: line 3: Temperature must be a number, not 'warm'" in result.stderr
+    assert f"t.csv: line 3: Temperature must be a number, not '{word}'" in result.stderr
 
 
 def test_a_table_of_a_spreadsheet_is_read(tmp_path, monkeypatch):

@@ -20,9 +20,9 @@ BENCH = """
 `timescale 1ns/1ps
 module bench;
   reg clk = 0;
-  integer cycle = 0;
+  integer now = 0;
   always #5 clk = ~clk;
-  always @(posedge clk) cycle <= cycle + 1;
+  always @(posedge clk) now <= now + 1;
 {declared}
   {name} core ({connected});
   task check;
@@ -49,7 +49,7 @@ READ = """
       s_axil_arvalid = 0;
       while (!s_axil_rvalid) @(negedge clk);
       check;
-      $display("%0d: %h is %h, %h", cycle, address, s_axil_rdata, s_axil_rresp);
+      $display("%0d: %h is %h, %h", now, address, s_axil_rdata, s_axil_rresp);
       @(negedge clk);
       s_axil_rready = 0;
     end
@@ -59,7 +59,7 @@ READ = """
 
 def unknown(port, condition):
     """A statement that prints the port if it is unknown under a condition."""
-    return f'      if ({condition} && ^{port} === 1\'bx) $display("%0d: {port} is %b", cycle, {port});'
+    return f'      if ({condition} && ^{port} === 1\'bx) $display("%0d: {port} is %b", now, {port});'
 
 
 def bench(facts):

@@ -4,20 +4,7 @@ import numpy as np
 
 from golden.engine.noc.network import Packets
 from golden.engine.noc.routing import Routing
-from radiosity.machines.engine.packet_network import (
-    DESTINATION,
-    ENTERED,
-    LEFT,
-    LENGTH,
-    MADE,
-    MESSAGE,
-    SOURCE,
-    TAKEN,
-    UNARRIVED,
-    network_cycle,
-    packet_network,
-    send,
-)
+from radiosity.machines.engine.packet_network import Count, Packet, network_cycle, packet_network, send
 
 __all__ = ["run_packets"]
 
@@ -30,13 +17,13 @@ def run_packets(routing: Routing, given: Packets, **parameters) -> np.ndarray:
     P x 3 int64: cycles in which each packet's first flit entered, and its last one left and was accepted.
     """
     network = packet_network(routing, packets=len(given), **parameters)
-    network.packets[:, [SOURCE, DESTINATION, LENGTH, MESSAGE, MADE]] = np.stack(
+    network.packets[:, [Packet.SOURCE, Packet.DESTINATION, Packet.LENGTH, Packet.MESSAGE, Packet.MADE]] = np.stack(
         [given.source, given.destination, given.length, given.message, given.made], axis=1)
     order, sent, cycle = np.argsort(given.made, kind="stable"), 0, 0
-    while sent < len(given) or network.counts[UNARRIVED]:
+    while sent < len(given) or network.counts[Count.UNARRIVED]:
         while sent < len(given) and given.made[order[sent]] <= cycle:
             send(network, order[sent])
             sent += 1
         network_cycle(network, cycle)
         cycle += 1
-    return network.packets[:, [ENTERED, LEFT, TAKEN]]
+    return network.packets[:, [Packet.ENTERED, Packet.LEFT, Packet.TAKEN]]

@@ -11,18 +11,7 @@ import simpy
 
 from golden.engine.memsys.bus.cache import Cache
 from radiosity.machines.engine.joint_cast import JointCast
-from radiosity.machines.engine.packet_network import (
-    DESTINATION,
-    LENGTH,
-    MADE,
-    MESSAGE,
-    SOURCE,
-    TAKEN_NOW,
-    UNARRIVED,
-    network_cycle,
-    packet_network,
-    send,
-)
+from radiosity.machines.engine.packet_network import Count, Packet, network_cycle, packet_network, send
 from tb.radiosity.machines.engine.simpy_cluster import SimpyCluster
 
 __all__ = ["SimpyBus", "simpy_joint"]
@@ -87,14 +76,13 @@ class _Network:
     @property
     def is_active(self):
         """Whether a packet has not arrived."""
-        return self._network.counts[UNARRIVED] > 0
+        return self._network.counts[Count.UNARRIVED] > 0
 
     def send(self, source, destination, length, made, patch):
         """A packet that may enter from a cycle on."""
         packet = self._unused.pop()
         self._about[packet] = source, destination, patch
-        self._network.packets[packet, [SOURCE, DESTINATION, LENGTH, MESSAGE, MADE]] = (
-            source, destination, length, 0, made)
+        self._network.packets[packet, :Packet.ENTERED] = source, destination, length, 0, made
         send(self._network, packet)
 
     def cycle(self, cycle):
@@ -102,7 +90,7 @@ class _Network:
         if not self.is_active:
             return []
         network_cycle(self._network, cycle)
-        taken = self._network.taken[:self._network.counts[TAKEN_NOW]].tolist()
+        taken = self._network.taken[:self._network.counts[Count.TAKEN_NOW]].tolist()
         self._unused += taken
         return [self._about.pop(packet) for packet in taken]
 
