@@ -83,6 +83,23 @@ def test_machines_that_cannot_are_refused(preset, why):
         caster.dense_hemispheres(Density(least=1), Hemisphere(64, 32), np.zeros((1, 3)), np.eye(3)[None], [-1])
 
 
+def test_machines_with_subshell_lists_cast_whole_screens(monkeypatch):
+    requested = []
+
+    def cast(records):
+        requested.extend(records)
+        return [(np.arange(len(record)), *np.zeros((2, len(record)), dtype=np.int64)) for record in records]
+
+    monkeypatch.setattr(MachineCaster, "_machine", lambda caster, geometry: cast)
+    scene = open_scene("tetra:1")
+    caster = MachineCaster(scene, SimpleNamespace(config=PRESETS["thesis"]), cell=0.5)
+    screen = Screen(camera=Camera(eye=scene.vertices.mean(axis=(0, 1)), target=scene.vertices[0, 0], up=(1, 2, 3)),
+                    width=16, height=8)
+    patch, _, _ = caster.beyond(np.arange(3), screen, np.array([5, 100]))
+    assert patch.tolist() == [5, 100]
+    assert [len(record) for record in requested] == [128]
+
+
 @pytest.mark.nightly
 def test_small_squares_have_their_form_factors():
     config = simulation_config(PRESETS["tiny"].replace({"icu.side_bits": 12}), clusters=1, topology=None)

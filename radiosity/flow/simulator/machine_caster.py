@@ -150,6 +150,9 @@ class MachineCaster(FixedFrusta):
         return finer
 
     def _some(self, geometry):
+        if self._simulated.config.ctu.subshells:
+            # Each cluster casts its section of whole frusta.
+            return super()._some(geometry)
         cast = self._windows(geometry, kind="specular frusta")
 
         def some(record, number):
