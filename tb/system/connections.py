@@ -44,8 +44,10 @@ class Connections:
 
     def _replaced(self, name, real):
         def make(*given, **named):
-            # Of the real unit nothing else is used.
-            unit = self.units[name] = IdleUnit(real(*given, **named).signature)
+            made = real(*given, **named)
+            unit = self.units[name] = IdleUnit(made.signature)
+            # Of the real unit latencies are used too.
+            vars(unit).update({key: value for key, value in vars(made).items() if isinstance(value, int)})
             return unit
 
         return make
