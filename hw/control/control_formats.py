@@ -8,7 +8,10 @@ from hw.memsys.patches.path_formats import PathFormats
 from hw.memsys.port.memory_formats import MemoryFormats
 from hw.registers.error_code import ErrorCode
 
-__all__ = ["ControlFormats"]
+__all__ = ["DOORBELL_BITS", "ControlFormats"]
+
+# Of the register that counts the descriptors of the queue.
+DOORBELL_BITS = 32
 
 
 class ControlFormats:
@@ -32,7 +35,7 @@ class ControlFormats:
     def __init__(self, config: Config):
         path, memory, formats = PathFormats(config), MemoryFormats(config), CtuFormats(config)
         self.load_word = StructLayout({"item": memory.table_word, "cluster": path.cluster, "is_all": 1})
-        number = max(config.memory.address_bits, path.fault["number"].width)
+        number = max(config.memory.address_bits, path.fault["number"].width, DOORBELL_BITS)
         self.fault = StructLayout({"code": ErrorCode, "number": number})
         self.error = StructLayout({"code": ErrorCode, "cluster": path.cluster, "number": number})
         frustum, traversal = formats.frustum, formats.traversal_frustum

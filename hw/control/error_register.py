@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.control.control_formats import ControlFormats
+from hw.control.control_formats import DOORBELL_BITS, ControlFormats
 from hw.control.job_formats import JobFormats
 from hw.registers.error_code import ErrorCode
 
@@ -56,7 +56,7 @@ class ErrorRegister(wiring.Component):
             "clear": In(1), "culprit": In(JobFormats(config).culprit),
             **{name: In(control.fault) for name in ("record", "load", "ring")},
             **{name: In(1) for name in ("record_fails", "load_fails", "ring_fails", "is_far", "wrong")},
-            "doorbell": In(32), "error": Out(control.error)})
+            "doorbell": In(DOORBELL_BITS), "error": Out(control.error)})
 
     def elaborate(self, platform):
         m = Module()

@@ -23,7 +23,7 @@ LARGE = {"MemorySystem", "IntersectionUnit", "TraversalUnit", "CellTraversal", "
          "CtRayGenerator", "PatchNetwork", "SystemBusInterface", "PatchSetup", "SphericalCoordinates", "Sbb",
          "SubshellWindows", "UvSubdivision", "UvAlignment", "TraversalStart", "PlaneFactor"}
 # Of certain structures or configurations only; without a clock.
-OTHERS = {"GroupSplit", "RayList", "TableLoad"}
+OTHERS = {"GroupSplit", "ListReadOut", "RayList", "SectionReadOut", "TableLoad"}
 # Probabilities of an offer and of readiness, and cycles.
 FAST, SLOW = (1, 1, 80), ((0.5, 0.5, 200), (0.9, 0.3, 200))
 
