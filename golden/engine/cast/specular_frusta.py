@@ -18,10 +18,10 @@ from golden.cast.rays import Hits, Rays
 from golden.cast.screen import Screen
 from golden.scene.scene import Scene
 
-__all__ = ["LEAST", "SpecularCaster", "SpecularScreen", "specular_screens"]
+__all__ = ["SpecularCaster", "SpecularScreen", "specular_screens"]
 
 # Rays of a frustum, at least: it has patches of its own, which the machine loads.
-LEAST = 256
+_LEAST = 256
 # Points are in one plane if their normals differ by less than this, and their places by less than this share of the
 # scene's size.
 _FLAT = 2.0**-32
@@ -50,8 +50,8 @@ class SpecularScreen:
 
 
 def specular_screens(scene: Scene, screen: Screen, rays: Rays, field: np.ndarray, normal: np.ndarray, *,
-                     is_mirrored: bool, least: int = LEAST) -> Iterator[SpecularScreen]:
-    """The screens behind planes that at least so many rays of a picture meet.
+                     is_mirrored: bool) -> Iterator[SpecularScreen]:
+    """The screens behind planes that enough rays of a picture meet.
 
     Parameters
     ----------
@@ -65,8 +65,6 @@ def specular_screens(scene: Scene, screen: Screen, rays: Rays, field: np.ndarray
         K x 3: these patches' unit normals on the side where the rays go on.
     is_mirrored
         Whether they are reflected, or go straight on.
-    least
-        See above.
     """
     size = np.ptp(scene.vertices.reshape(-1, 3), axis=0).max()
     offset = np.einsum("kj,kj->k", normal, rays.origin)
@@ -74,7 +72,7 @@ def specular_screens(scene: Scene, screen: Screen, rays: Rays, field: np.ndarray
     order = np.lexsort(key.T)
     borders = np.flatnonzero((key[order[1:]] != key[order[:-1]]).any(axis=1)) + 1
     for rows in np.split(order, borders):
-        if len(rows) < least:
+        if len(rows) < _LEAST:
             continue
         rows.sort()
         plane, place = normal[rows[0]], offset[rows].mean()
