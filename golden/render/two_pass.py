@@ -60,6 +60,8 @@ SENSOR_GRIDS, SENSOR_RAYS = ((1024, 256), (512, 128), (256, 64)), 12_000_000
 ELEMENT_SAMPLES, SENSOR_SAMPLES = 8, 1024
 # Rays of a pixel that gather light beside bodies, at least so many of a point.
 GATHER, LEAST_GATHER = 128, 16
+# Rays of a node that find light which changes within elements nearby, and how near, in lengths of an element.
+NODE_GATHER, NODE_REACH = 256, 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -326,6 +328,10 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
                               density=settings.density, shooting=settings.shooting,
                               preview=preview and preview.of(scene, screen, caster), spread=spread, progress=progress,
                               estimate=estimate)
+    if not settings.shooting:
+        with tally.stage("light near nodes"):
+            nearby = FinalGather(scene, indirect, caster, tally, NODE_GATHER, shadow_caster(frusta), reach=NODE_REACH)
+            indirect = nearby.corrected(settings.seed)
     measured = None
     if sensors is not None:
         with tally.stage("sensors"):
@@ -500,6 +506,7 @@ def _add(result, owner, light, weight, tests, steps):
 
 def _stats(scene, settings, hemisphere, indirect, tally, found: PixelSums):
     kinds = tally.kinds
+    curved = indirect.elements.position.nodes[scene.is_curved[indirect.elements.patch]]
     total = {count: sum(kind[count] for kind in kinds.values()) for count in ("rays", "hits", "tests", "steps")}
     return {
         "scene": scene.name,
@@ -514,7 +521,7 @@ def _stats(scene, settings, hemisphere, indirect, tally, found: PixelSums):
         "tests_per_ray": total["tests"] / total["rays"],
         "steps_per_ray": total["steps"] / total["rays"],
         "seconds": tally.seconds,
-        "not_computed": not_computed(scene, has_buried=indirect.has_buried),
+        "not_computed": not_computed(scene, has_buried=bool(indirect.buried[curved].any())),
         "noise": None if settings.noise is None or found.error is None else {
             "estimate": float(np.sqrt((found.error**2).mean())), "samples": float(found.rays.mean()),
             "above": int((found.error > settings.noise).sum())},

@@ -4,18 +4,15 @@ import numpy as np
 import pytest
 
 from golden.cast.grid import Grid
-from golden.cast.hemisphere import Hemisphere
 from golden.light.analytic import point_to_polygon
 from golden.light.final_gather import FinalGather
-from golden.light.indirect import indirect_light
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
 from golden.scene.builtin.shapes import box, placed
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
-from golden.scene.refine import refine
-from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.light.scenes import BLACK, rectangle, scene_of, solved
 
 FLOOR = rectangle((0, 0, 0), (2, 0, 0), (0, 2, 0))
 DISTANCES = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2])
@@ -33,13 +30,6 @@ def column(radius, height, sides=16):
     ring = np.stack([1 + radius * np.cos(angle), 1 + radius * np.sin(angle), 0 * angle], axis=1)
     top = ring + np.array([0, 0, height])
     return np.stack([ring[:-1], ring[1:], top[1:], top[:-1]], axis=1)
-
-
-def solved(scene, max_edge=0.17):
-    """The light of a scene's elements."""
-    caster = Grid(scene)
-    return indirect_light(scene, refine(scene, max_edge=max_edge), caster, caster, Tally(),
-                          hemisphere=Hemisphere(64, 16), solver="conjugate-gradient", light_samples=16, seed=0)
 
 
 def lit(scene, points, samples=256, max_edge=0.17):

@@ -366,7 +366,7 @@ def test_stats_have_what_was_promised_and_add_up(room, image_of_room):
     assert set(stats["rays"]) == {"hemisphere", "transmission", "shadow", "primary", "reflection", "refraction",
                                   "gather"}
     assert set(stats["seconds"]) == {"cells", "elements", "form factors", "direct light of elements", "solver",
-                                     "adaptive refinement", "image"}
+                                     "adaptive refinement", "light near nodes", "image"}
     for count in ("rays", "hits", "tests", "steps"):
         assert stats["total"][count] == sum(kind[count] for kind in stats["rays"].values())
     assert stats["patches"] == len(room)

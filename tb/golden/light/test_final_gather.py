@@ -1,0 +1,51 @@
+"""Nodes beside a surface that is half in shadow."""
+
+import numpy as np
+
+from golden.cast.grid import Grid
+from golden.light.final_gather import FinalGather
+from golden.light.tally import Tally
+from golden.scene.lights import PointLight
+from golden.scene.material import Material
+from tb.golden.light.scenes import BLACK, rectangle, scene_of, solved
+
+GREY, SHADOW = 0.5, 0.13
+LIGHT = np.array([1.0, 1, 3])
+
+
+def shadowed_corner():
+    """A floor and a black wall on its rim x = 0; a black screen halfway to the lamp shades the floor up to `SHADOW`."""
+    edge = (LIGHT[0] + SHADOW) / 2
+    return scene_of((rectangle((0, 0, 0), (2, 0, 0), (0, 2, 0))[None], Material(name="grey", diffuse=(GREY,) * 3)),
+                    (rectangle((0, 0, 0), (0, 2, 0), (0, 0, 1))[None], BLACK),
+                    (rectangle((edge - 3, -2, 1.5), (3, 0, 0), (0, 6, 0))[None], BLACK),
+                    lights=(PointLight(position=tuple(LIGHT), intensity=(np.pi,) * 3),))
+
+
+def from_floor(points, count=1000):
+    """Irradiance over pi at points of the wall, from the part of the floor that the lamp reaches."""
+    x = SHADOW + (2 - SHADOW) * (np.arange(count) + 0.5) / count
+    y = 2 * (np.arange(count) + 0.5) / count
+    floor = np.stack([*np.meshgrid(x, y, indexing="ij"), np.zeros((count, count))], axis=2)
+    toward = LIGHT - floor
+    radiance = GREY * toward[..., 2] / np.linalg.norm(toward, axis=2) ** 3
+    found = []
+    for point in points:
+        along = floor - point
+        found.append((radiance * along[..., 0] * -along[..., 2] / (along**2).sum(axis=2) ** 2).sum())
+    return np.array(found) * (2 - SHADOW) * 2 / count**2 / np.pi
+
+
+def test_nodes_have_the_light_of_what_is_nearby_and_not_of_its_element():
+    scene = shadowed_corner()
+    caster, tally, indirect = Grid(scene), Tally(), solved(scene, 0.34)
+    nodes = indirect.elements.lattice
+    foot = np.flatnonzero((nodes.normal[:, 0] > 0.5) & (nodes.position[:, 2] < 0.05)
+                          & (np.abs(nodes.position[:, 1] - 1) < 0.8))
+    expected = from_floor(nodes.position[foot])
+    whole = indirect.irradiance[foot, 0]
+    assert (expected < 0.1 * whole).all()
+    corrected = FinalGather(scene, indirect, caster, tally, 1024, reach=2.0).corrected(0)
+    np.testing.assert_allclose(corrected.irradiance[foot, 0], expected, rtol=0, atol=0.05 * whole.min())
+    far = nodes.position[:, 2] > 0.9
+    np.testing.assert_array_equal(corrected.irradiance[far], indirect.irradiance[far])
