@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from golden.base.errors import InputError
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.load import load_scene
+from tb.golden.scene.files import gltf
 from tb.golden.scene.gltf_nodes import node_trees
-from tb.golden.scene.test_load import gltf
 from tb.lib.schedules import SETTINGS
 
 SQUARE = np.array([(0, 0, 0, 1), (1, 0, 0, 1), (1, 1, 0, 1), (0, 1, 0, 1)], dtype=float)

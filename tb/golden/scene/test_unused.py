@@ -13,8 +13,8 @@ from golden.scene.builtin import builtin_scene
 from golden.scene.gltf_tree import MOST_FACES, MOST_PRIMITIVES, MOST_ZEROS
 from golden.scene.load import load_scene
 from golden.scene.luminaires.luminaire import Luminaire
+from tb.golden.scene.files import BOX, BOX_QUADS, ELL, FORMATS, SQUARE, gltf, obj, ply, refusal, write
 from tb.golden.scene.luminaires.texts import eulumdat, ies
-from tb.golden.scene.test_load import BOX, BOX_QUADS, ELL, FORMATS, SQUARE, gltf, obj, ply, refusal, write
 from tb.radiosity.cli.golden.runner import run
 
 SUN = {"KHR_lights_punctual": {"lights": [{"type": "laser", "range": 3},

@@ -15,8 +15,8 @@ from golden.scene.luminaires.luminaire import Luminaire
 from radiosity.tasks import render
 from radiosity.tasks.render import View
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.scene.files import write
 from tb.golden.scene.luminaires.texts import eulumdat, ies
-from tb.golden.scene.test_load import write
 
 FLOOR = rectangle((-9, -9, 0), (18, 0, 0), (0, 18, 0))
 GAMMA = np.arange(0, 91, 1.0)

@@ -16,7 +16,7 @@ from golden.engine.schedule.subshells import SubshellList
 from golden.scene.builtin import builtin_scene
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_latencies import cluster_timing
-from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
+from tb.golden.engine.cast.drawn_shadows import drawn_frustum
 
 CONFIG = PRESETS["tiny"]
 
