@@ -3,13 +3,12 @@
 import hashlib
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from socket import gethostname
 
 import numpy as np
 
-from golden.base.compiled import is_compiler_active
 from golden.base.errors import InputError
+from golden.base.library_versions import library_versions
 from golden.base.source_digest import source_digest
 from golden.cast.methods import RAY_METHODS
 from golden.engine.cast.methods import frustum_caster
@@ -18,8 +17,6 @@ from golden.light.factors.rows import FactorRows
 from golden.scene.builtin import builtin_scene
 
 __all__ = ["Proof"]
-
-_PACKAGES = ("numpy", "scipy", "numba")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,20 +32,20 @@ class Proof:
     sources
         The `source_digest` of this package.
     versions
-        Version of each other package, or "none"; that of numba is "none" where nothing is compiled.
+        The `library_versions` of the method.
     canary
         SHA-256 of the test's results, as hexadecimal digits.
     """
 
     method: str
     sources: str
-    versions: tuple[tuple[str, str], ...]
+    versions: dict[str, str]
     canary: str
 
     @classmethod
     def of_this_process(cls, method: str) -> "Proof":
         """The proof of this process, which computes it once."""
-        return cls(method=method, sources=source_digest(), versions=_versions(method), canary=_canary(method))
+        return cls(method=method, sources=source_digest(), versions=library_versions(method), canary=_canary(method))
 
     def check(self) -> None:
         """Compare with the process in which it is called, a worker.
@@ -62,27 +59,13 @@ class Proof:
         if source_digest() != self.sources:
             raise InputError(f"{worker}: it has other sources of this package; their digest must be "
                              f"{self.sources[:12]}, not {source_digest()[:12]}")
-        for (package, needed), (_, found) in zip(self.versions, _versions(self.method), strict=True):
-            if found != needed:
-                raise InputError(f"{worker}: {package} must be {needed}, not {found}")
+        for library, found in library_versions(self.method).items():
+            if found != self.versions[library]:
+                raise InputError(f"{worker}: {library} must be {self.versions[library]}, not {found}")
         canary = _canary(self.method)
         if canary != self.canary:
             raise InputError(f"{worker}: it computes other bits with the same packages; the hash of its test must be "
                              f"{self.canary[:12]}, not {canary[:12]}")
-
-
-@cache
-def _versions(method):
-    return tuple((package, _version(package)) for package in (*_PACKAGES, *(["embreex"] if method == "embree" else [])))
-
-
-def _version(package):
-    if package == "numba" and not is_compiler_active():
-        return "none"
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "none"
 
 
 @cache

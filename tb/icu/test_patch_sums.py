@@ -1,6 +1,7 @@
 """Sums of sections; those of `golden.engine.jobs` predict every item."""
 
 from collections import Counter
+from contextlib import nullcontext
 from itertools import pairwise
 
 import cocotb
@@ -14,14 +15,16 @@ from hypothesis import strategies as st
 from golden.cast.hemisphere import Hemisphere
 from golden.engine.icu.patch_sums import SUM_BITS, section_sums
 from golden.engine.stimulus.frusta import HEMISPHERE
+from hw.icu import patch_sums
 from hw.icu.icu_formats import WEIGHT_BITS, TableKind
 from hw.icu.patch_sums import PatchSums
+from hw.lib.checks import checked
 from tb.lib.clocking import PERIOD, reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
 from tb.lib.ports import Ports
 from tb.lib.runner import SIMULATORS, options, simulate
-from tb.lib.schedules import SETTINGS, ScheduleBench, schedules
+from tb.lib.schedules import SETTINGS, Schedule, ScheduleBench, schedules
 from tb.lib.scoreboard import check
 from tb.lib.stall_patterns import stall_pairs
 from tb.lib.timing import documented_latency
@@ -248,3 +251,16 @@ def test_reads_at_any_time(schedule):
         required += expected([hit["hit"].get("patch", -1) if hit["hit"] else -1 for hit in those],
                            [hit["row"] for hit in those])
     check(SHAPE, BENCH.came["o"], required, what="o")
+
+
+@pytest.mark.parametrize("fewer", [0, 1])
+def test_a_read_that_does_not_wait_for_the_last_hit_is_found(monkeypatch, fewer):
+    """With one cycle less the hit enters the list while it is read: the claim ends the simulation."""
+    monkeypatch.setattr(patch_sums, "SETTLED", patch_sums.SETTLED - fewer)
+    bench = ScheduleBench(PatchSums(config=CONFIG), idle_limit=PATCHES + 40)
+    first, last = items([1, 2], [1, 1])
+    schedule = Schedule(items={"i_table": [], "i": [(12, first), (0, last)], "i_read": [(13, 0)]},
+                        first={"i_table": TABLE})
+    outcome = pytest.raises(AssertionError, match="a hit is in the list before it is read") if fewer else nullcontext()
+    with checked(), outcome:
+        bench.run(schedule, patches=4)

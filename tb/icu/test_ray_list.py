@@ -3,16 +3,14 @@ import pytest
 
 from golden.engine.ctu.sector import Sector
 from golden.engine.frustum.ray_list import END_BIT, X_BIT, Y_BIT, pack_rays
-from golden.engine.icu.window_walk import ray_address
 from golden.engine.stimulus.frusta import random_shadow
 from hw.icu.ray_list import RayList
-from radiosity.flow.package.example.frustum_load import frustum_payload, tiles
+from radiosity.flow.package.example.frustum_load import frustum_payload
+from tb.icu.listed_rays import FIELDS, expected
 from tb.icu.vectors import SHADOWS
 from tb.lib.configurations import config_of
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
-
-FIELDS = ("ray", "x", "y", "end")
 
 
 def entries(words, config):
@@ -20,17 +18,6 @@ def entries(words, config):
     place, end = config.numbers.direction_fraction + 1, config.numbers.inverse.width
     return [{name: word >> first & (1 << bits) - 1 for name, first, bits in (
         ("x", X_BIT, place), ("y", Y_BIT, place), ("end", END_BIT, end))} for word in words.tolist()]
-
-
-def expected(record, section, config):
-    """Golden's rays with their places; None where they lie beside the section or nothing can be before their end."""
-    number = np.flatnonzero(record.end < config.numbers.inverse.high)
-    row, column = np.divmod(number, record.columns)
-    inside = section.mask(record).ravel()[number]
-    address = ray_address(column - section.first_column, row - section.first_row, tiles(section, config)[0], config.icu)
-    place = record.directions(column, row)[:, :2] + (1 << config.numbers.direction_fraction)
-    listed = zip(address.tolist(), *place.T.tolist(), record.end[number].tolist(), strict=True)
-    return [ray if mine else None for ray, mine in zip(listed, inside, strict=True)]
 
 
 @pytest.mark.parametrize("changes", SHADOWS, ids=["default", "narrow"])

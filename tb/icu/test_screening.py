@@ -7,6 +7,8 @@ from hw.icu.screening import Screening
 from tb.icu.vectors import assert_all_occur, rows, winding_of
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
+from tb.lib.runner import SIMULATORS
+from tb.radiosity.flow.synthesis.mapped import mapped_text
 
 
 def drawn(config):
@@ -27,6 +29,12 @@ class TestScreening(Bench):
                            "winding": winding_of(given, k)} for k in range(400)]},
             expected={"o": [{"tag": k, "distances": rows(distances[k]), "inside": int(held[k]),
                              "orientation": int(orientation[k])} for k in range(400)]})
+
+
+@pytest.mark.sim
+@pytest.mark.parametrize("simulator", SIMULATORS[1:])
+def test_the_cells_of_its_netlist_do_the_same(simulator, tmp_path):
+    TestScreening().simulate(simulator, lambda component: mapped_text(component, tmp_path))
 
 
 @pytest.mark.parametrize("changes", CONFIGURATIONS.values(), ids=CONFIGURATIONS)

@@ -11,8 +11,8 @@ from golden.engine.frustum.record import FrustumRecord
 from golden.engine.jobs.result_formats import pack_bits
 from hw.icu.intersection_unit import IntersectionUnit
 from radiosity.flow.package.example.frustum_load import frustum_payload, table_writes
-from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
-from tb.icu.test_ray_list import FIELDS, expected
+from tb.golden.engine.cast.drawn_shadows import drawn_frustum
+from tb.icu.listed_rays import FIELDS, expected
 from tb.icu.unit_bench import section_hits, vertices
 from tb.lib.configurations import config_of
 from tb.lib.schedules import Schedule, ScheduleBench

@@ -1,7 +1,7 @@
 """The ledger of the nightly: which shard ran on which commit, with what tools, for how long, and how it ended."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -20,7 +20,9 @@ class Entry:
     shard
         Its name.
     commit
-        The hash of the newest commit that changed more than the ledger; with ``+`` behind it, files differed.
+        The hash of the commit; with ``+`` behind it, files differed.
+    inputs
+        A digest of all files that it depends on; empty if files differed.
     seed
         What the tests drew from.
     versions
@@ -37,6 +39,7 @@ class Entry:
 
     shard: str
     commit: str
+    inputs: str
     seed: int
     versions: dict[str, str]
     began: str
@@ -78,19 +81,23 @@ class Ledger:
         with self._path.open("a") as file:
             file.write(json.dumps(asdict(entry)) + "\n")
 
-    def missing(self, shards: Iterable[str], commit: str) -> list[str]:
-        """The shards whose newest entry for a commit is not green, in order."""
-        newest = {entry.shard: entry.result for entry in self.entries if entry.commit == commit}
-        return [shard for shard in shards if newest.get(shard) != "green"]
+    def missing(self, inputs: Mapping[str, str]) -> list[str]:
+        """The shards whose newest entry for their inputs, a digest for each, is not green, in order."""
+        newest = self._newest(inputs)
+        return [shard for shard in inputs if shard not in newest or newest[shard].result != "green"]
 
-    def table(self, shards: Iterable[str], commit: str) -> str:
-        """What the newest entries of a commit say, as Markdown."""
-        newest = {entry.shard: entry for entry in self.entries if entry.commit == commit}
-        rows = [[shard, *(("-",) * 6 if shard not in newest else _row(newest[shard]))] for shard in shards]
-        head = ["shard", "result", "passed", "failed", "min", "CPU min", "seed"]
+    def table(self, inputs: Mapping[str, str]) -> str:
+        """What the newest entries for such inputs say, as Markdown."""
+        newest = self._newest(inputs)
+        rows = [[shard, *(("-",) * 7 if shard not in newest else _row(newest[shard]))] for shard in inputs]
+        head = ["shard", "result", "passed", "failed", "min", "CPU min", "seed", "commit"]
         return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
+
+    def _newest(self, inputs):
+        return {entry.shard: entry for entry in self.entries
+                if entry.inputs and inputs.get(entry.shard) == entry.inputs}
 
 
 def _row(entry):
     return (entry.result, str(entry.passed), str(entry.failed), f"{entry.wall / 60:.1f}", f"{entry.cpu / 60:.1f}",
-            str(entry.seed))
+            str(entry.seed), entry.commit[:10])

@@ -1,5 +1,6 @@
 """Run shards of the nightly and enter each into the ledger. Their Icarus cases must run."""
 
+import hashlib
 import os
 import resource
 import signal
@@ -12,22 +13,40 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from tb.runs.ledger import LEDGER, Entry, Ledger
-from tb.runs.shard import MINUTES, Shard
+from tb.runs.shard import MINUTES, READERS, Shard
 from tb.runs.versions import versions
 
-__all__ = ["commit_of", "counts", "cpu_seconds", "run_shards"]
+__all__ = ["commit_of", "counts", "cpu_seconds", "inputs_of", "run_shards"]
 
 
 def commit_of(folder: Path) -> str:
-    """The hash of the newest commit that changed more than the ledger, and ``+`` if files differ from it.
+    """The hash of the commit that is checked out, and ``+`` if files but the ledger differ from it."""
+    changed = _git(folder, "status", "--porcelain", "--", ".", f":(exclude){LEDGER}")
+    return _git(folder, "rev-parse", "HEAD").strip() + ("+" if changed else "")
 
-    So shards that have been recorded count for the commit that records them.
+
+def inputs_of(folder: Path, given: Iterable[Shard]) -> dict[str, str]:
+    """By shard, a digest of all files of a commit that it may depend on; empty if files differ from the commit.
+
+    These are all but the ledger, the changelog, and modules of tests in other folders, which nothing imports. So a
+    shard that is green stays so where others alone are mended, and for the commit that records it.
     """
-    def git(*words):
-        return subprocess.run(["git", *words, "--", ".", f":(exclude){LEDGER}"], cwd=folder, capture_output=True,
-                              text=True, check=True).stdout.strip()
+    if commit_of(folder).endswith("+"):
+        return {shard.name: "" for shard in given}
+    files = {Path(line.split("\t")[1]): line for line in _git(folder, "ls-tree", "-r", "HEAD").splitlines()}
+    for path in (LEDGER, "CHANGELOG.md"):
+        files.pop(Path(path), None)
+    tests = {path: path.parts[1] for path in files if path.parts[0] == "tb" and path.name.startswith("test_")}
 
-    return git("log", "-1", "--first-parent", "--format=%H") + ("+" if git("status", "--porcelain") else "")
+    def digest(room):
+        lines = [line for path, line in files.items() if room in {*READERS, tests.get(path, room)}]
+        return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
+
+    return {shard.name: digest(shard.name.split("/")[0]) for shard in given}
+
+
+def _git(folder, *words):
+    return subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True, check=True).stdout
 
 
 def counts(report: Path) -> tuple[int, int, int]:
@@ -83,7 +102,8 @@ def _run(root, shard, seed, most, processes):
     report = root / "out" / "nightly" / f"{shard.name.replace('/', '-')}.xml"
     report.parent.mkdir(parents=True, exist_ok=True)
     report.unlink(missing_ok=True)
-    commit, began, begin, used = commit_of(root), datetime.now(), time.monotonic(), cpu_seconds()
+    commit, inputs = commit_of(root), inputs_of(root, [shard])[shard.name]
+    began, begin, used = datetime.now(), time.monotonic(), cpu_seconds()
     command = [sys.executable, "-m", "pytest", "-n", str(processes), "--dist", "loadgroup", "-q",
                f"--junitxml={report}", *(str(path.relative_to(root)) for path in shard.files)]
     process = subprocess.Popen(command, cwd=root, start_new_session=True,
@@ -99,9 +119,10 @@ def _run(root, shard, seed, most, processes):
     passed, failed, skipped = counts(report)
     if code == 0 and passed and not failed and not skipped:
         result = "green"
-    return Entry(shard=shard.name, commit=commit, seed=seed, versions=versions(), began=began.isoformat("T", "seconds"),
-                 wall=round(time.monotonic() - begin, 1), cpu=round(cpu_seconds() - used, 1), passed=passed,
-                 failed=failed, skipped=skipped, result=result)
+    return Entry(
+        shard=shard.name, commit=commit, inputs=inputs, seed=seed, versions=versions(),
+        began=began.isoformat("T", "seconds"), wall=round(time.monotonic() - begin, 1),
+        cpu=round(cpu_seconds() - used, 1), passed=passed, failed=failed, skipped=skipped, result=result)
 
 
 def cpu_seconds():

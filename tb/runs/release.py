@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tb.runs.ledger import Ledger
-from tb.runs.nightly import commit_of, cpu_seconds
+from tb.runs.nightly import commit_of, cpu_seconds, inputs_of
 from tb.runs.shard import shards
 
 __all__ = ["STEPS", "NotReadyError", "release"]
@@ -42,9 +42,9 @@ class _Step:
 def release(root: Path, ledger: Ledger, *, report: Callable[[str], object], steps: dict | None = None) -> str:
     """Tag the commit that is checked out with the version of ``pyproject.toml``.
 
-    All shards of the nightly must be green in the ledger for this commit, the changelog must have the version, and
-    `STEPS` must pass in a clean clone with empty caches. The tag's message has the changelog's entry, and counts and
-    times of steps and shards.
+    All shards of the nightly must be green in the ledger for what this commit holds, the changelog must have the
+    version, and `STEPS` must pass in a clean clone with empty caches. The tag's message has the changelog's entry, and
+    counts and times of steps and shards.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def release(root: Path, ledger: Ledger, *, report: Callable[[str], object], step
         Something is missing, or a step fails.
     """
     commit, version = commit_of(root), tomllib.loads((root / "pyproject.toml").read_text())["project"]["version"]
-    tag, needed = f"v{version}", [shard.name for shard in shards(root / "tb")]
+    tag, needed = f"v{version}", inputs_of(root, shards(root / "tb"))
     changes = (root / "CHANGELOG.md").read_text()
     entry = re.search(rf"^## \[{re.escape(version)}\].*?(?=^## \[|\Z)", changes, re.M | re.S)
     if commit.endswith("+"):
@@ -76,7 +76,7 @@ def release(root: Path, ledger: Ledger, *, report: Callable[[str], object], step
         raise NotReadyError(f"tag {tag} exists")
     if entry is None:
         raise NotReadyError(f"CHANGELOG.md has no entry for {version}")
-    if missing := ledger.missing(needed, commit):
+    if missing := ledger.missing(needed):
         raise NotReadyError(f"not green in the ledger for {commit[:10]}: {', '.join(missing)}")
     clone = root / "build" / "release"
     shutil.rmtree(clone, ignore_errors=True)
@@ -87,7 +87,7 @@ def release(root: Path, ledger: Ledger, *, report: Callable[[str], object], step
         passed[name] = _passed(name, command, clone)
     lines = [entry.group().strip(), "", *(
         f"{name}: {step.said}; {step.wall:.0f} s, {step.cpu:.0f} CPU s" for name, step in passed.items()),
-        "", ledger.table(needed, commit)]
+        "", ledger.table(needed)]
     subprocess.run(["git", "tag", "--annotate", "--cleanup=verbatim", "--message", "\n".join(lines), tag, commit],
                    cwd=root, check=True)
     return tag

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["MINUTES", "Shard", "shards"]
+__all__ = ["MINUTES", "READERS", "Shard", "shards"]
 
 # A shard is ended after this many minutes.
 MINUTES = 90
+# Folders whose tests run or read test modules of others; nothing else imports a test module.
+READERS = {"benchmarks", "bugs", "docs", "sources"}
 # Folders whose tests take longer than a shard may, and the number of shards that they are cut into.
 PARTS = {"docs": 2, "golden": 3, "memsys": 2, "radiosity": 7, "system": 4}
 

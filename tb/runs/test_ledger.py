@@ -5,9 +5,10 @@ import pytest
 from tb.runs.ledger import Entry, Ledger
 
 
-def entry(shard, result, commit="c0"):
-    return Entry(shard=shard, commit=commit, seed=3, versions={"python": "3.11"}, began="2026-01-01T00:00:00",
-                 wall=90.0, cpu=150.0, passed=7, failed=int(result == "red"), skipped=0, result=result)
+def entry(shard, result, inputs="i0"):
+    return Entry(shard=shard, commit="c" * 40, inputs=inputs, seed=3, versions={"python": "3.11"},
+                 began="2026-01-01T00:00:00", wall=90.0, cpu=150.0, passed=7, failed=int(result == "red"), skipped=0,
+                 result=result)
 
 
 def test_entries_are_read_again(tmp_path):
@@ -18,24 +19,25 @@ def test_entries_are_read_again(tmp_path):
     assert Ledger(path).entries == ledger.entries == [entry("icu", "green"), entry("noc", "red")]
 
 
-def test_a_shard_is_missing_until_its_newest_run_on_the_commit_is_green(tmp_path):
+def test_a_shard_is_missing_until_its_newest_run_on_its_inputs_is_green(tmp_path):
     ledger = Ledger(tmp_path / "ledger.jsonl")
     names = ["axi", "icu", "lib", "noc", "ctu", "control"]
     ledger.add(entry("icu", "red"))
     ledger.add(entry("icu", "green"))
     ledger.add(entry("lib", "green"))
     ledger.add(entry("lib", "late"))
-    ledger.add(entry("noc", "green", commit="c1"))
-    ledger.add(entry("ctu", "green", commit="c0+"))
+    ledger.add(entry("noc", "green", inputs="i1"))
+    ledger.add(entry("ctu", "green", inputs=""))
     ledger.add(entry("control", "green"))
-    assert ledger.missing(names, "c0") == ["axi", "lib", "noc", "ctu"]
+    assert ledger.missing(dict.fromkeys(names, "i0")) == ["axi", "lib", "noc", "ctu"]
+    assert ledger.missing({"ctu": ""}) == ["ctu"]
 
 
 def test_the_table_has_a_row_for_each_shard(tmp_path):
     ledger = Ledger(tmp_path / "ledger.jsonl")
     ledger.add(entry("icu", "red"))
-    assert ledger.table(["axi", "icu"], "c0").splitlines()[2:] == [
-        "| axi | - | - | - | - | - | - |", "| icu | red | 7 | 1 | 1.5 | 2.5 | 3 |"]
+    assert ledger.table({"axi": "i0", "icu": "i0"}).splitlines()[2:] == [
+        "| axi | - | - | - | - | - | - | - |", "| icu | red | 7 | 1 | 1.5 | 2.5 | 3 | cccccccccc |"]
 
 
 @pytest.mark.parametrize("line", ["{", "[]", '{"shard": "icu"}'])

@@ -6,7 +6,7 @@ import pytest
 
 from tb.runs.checkout import checkout
 from tb.runs.ledger import LEDGER, Ledger
-from tb.runs.nightly import commit_of, counts, run_shards
+from tb.runs.nightly import commit_of, counts, inputs_of, run_shards
 from tb.runs.shard import Shard
 
 PASSES = "import os\n\n\ndef test_seed():\n    assert os.environ['SEED'] == '5'\n"
@@ -38,6 +38,7 @@ def test_a_shard_is_green_if_all_of_its_tests_passed(ran):
 def test_an_entry_names_commit_seed_and_tools(ran):
     root, entries = ran
     assert {entry.commit for entry in entries.values()} == {commit_of(root)}
+    assert {entry.shard: entry.inputs for entry in entries.values()} == inputs_of(root, [Shard(k, ()) for k in "abcd"])
     assert {entry.seed for entry in entries.values()} == {5}
     assert all({"python", "verilator", "icarus", "amaranth"} <= set(entry.versions) for entry in entries.values())
     assert all(entry.cpu > 0 for entry in entries.values())
@@ -65,16 +66,20 @@ def test_a_changed_file_marks_the_commit(tmp_path):
     assert len(commit) == 40
 
 
-def test_the_commit_that_records_shards_is_theirs(tmp_path):
-    root = checkout(tmp_path / "project", {"a": "0", LEDGER: ""})
-    commit = commit_of(root)
-    (root / LEDGER).write_text("{}\n")
-    assert commit_of(root) == commit
-    subprocess.run(["git", "commit", "-qam", "Record"], cwd=root, check=True)
-    assert commit_of(root) == commit
-    (root / "a").write_text("1")
+@pytest.mark.parametrize(("path", "concerned"), [
+    (LEDGER, ""), ("CHANGELOG.md", ""), ("hw/a.py", "icu noc/2 docs"), ("tb/noc/bench.py", "icu noc/2 docs"),
+    ("tb/noc/deep/test_a.py", "noc/2 docs"), ("tb/icu/test_a.py", "icu docs"), ("tb/conftest.py", "icu noc/2 docs")])
+def test_a_shard_stays_green_until_what_it_may_read_changes(tmp_path, path, concerned):
+    root = checkout(tmp_path / "project", {LEDGER: "", path: "0", "tb/noc/test_b.py": ""})
+    shards = [Shard(name, ()) for name in ("icu", "noc/2", "docs")]
+    before = inputs_of(root, shards)
+    (root / path).write_text("1")
+    if path != LEDGER:
+        assert inputs_of(root, shards) == {"icu": "", "noc/2": "", "docs": ""}
     subprocess.run(["git", "commit", "-qam", "Change"], cwd=root, check=True)
-    assert commit_of(root) != commit
+    after = inputs_of(root, shards)
+    assert [name for name in before if before[name] != after[name]] == concerned.split()
+    assert all(before.values())
 
 
 def test_no_report_counts_nothing(tmp_path):

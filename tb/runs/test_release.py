@@ -6,8 +6,9 @@ import pytest
 
 from tb.runs.checkout import checkout
 from tb.runs.ledger import Entry, Ledger
-from tb.runs.nightly import commit_of
+from tb.runs.nightly import inputs_of
 from tb.runs.release import NotReadyError, release
+from tb.runs.shard import Shard
 
 FILES = {"pyproject.toml": '[project]\nversion = "0.2.0"\n', "tb/a/test_it.py": "", "tb/b/test_it.py": "",
          "CHANGELOG.md": "# Changelog\n\n## [0.2.0] - 2026-01-01\n\n- New.\n\n## [0.1.0]\n\n- Old.\n"}
@@ -15,9 +16,9 @@ PASSES = {"test": ["sh", "-c", "ls; echo 3 passed"]}
 
 
 def green(root, ledger, *names):
-    for name in names:
-        ledger.add(Entry(shard=name, commit=commit_of(root), seed=1, versions={}, began="", wall=60, cpu=60, passed=1,
-                         failed=0, skipped=0, result="green"))
+    for name, inputs in inputs_of(root, [Shard(name, ()) for name in names]).items():
+        ledger.add(Entry(shard=name, commit="c" * 40, inputs=inputs, seed=1, versions={}, began="", wall=60, cpu=60,
+                         passed=1, failed=0, skipped=0, result="green"))
 
 
 @pytest.fixture
@@ -39,7 +40,7 @@ def test_what_passed_is_tagged_with_its_notes(project):
     assert "- New." in notes
     assert "- Old." not in notes
     assert "test: 3 passed" in notes
-    assert "| b | green | 1 | 0 | 1.0 | 1.0 | 1 |" in notes
+    assert "| b | green | 1 | 0 | 1.0 | 1.0 | 1 | cccccccccc |" in notes
     assert said == ["== sh -c ls; echo 3 passed"]
 
 
@@ -55,9 +56,11 @@ def test_steps_run_in_a_clean_clone(project):
 @pytest.mark.parametrize(("spoil", "why"), [
     (lambda root, ledger: (root / "new").touch(), "files differ"),
     (lambda root, ledger: subprocess.run(["git", "tag", "v0.2.0"], cwd=root, check=True), "tag v0.2.0 exists"),
-    (lambda root, ledger: subprocess.run("echo >> tb/a/test_it.py; git commit -qam More", shell=True, cwd=root,
+    (lambda root, ledger: subprocess.run("echo >> pyproject.toml; git commit -qam More", shell=True, cwd=root,
                                          check=True), "not green in the ledger for .*: a, b"),
-], ids=["changed", "tagged", "another commit"])
+    (lambda root, ledger: subprocess.run("echo >> tb/a/test_it.py; git commit -qam More", shell=True, cwd=root,
+                                         check=True), "not green in the ledger for .*: a$"),
+], ids=["changed", "tagged", "another commit", "other tests"])
 def test_what_is_not_ready_is_not_tagged(project, spoil, why):
     root, ledger = project
     green(root, ledger, "a", "b")

@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+from tb.runs.shard import READERS
 from tb.sources.source_texts import ROOT, components, imports, source_texts
 
 OURS = {"golden", "hw", "radiosity", "benchmarks", "tb"}
@@ -74,6 +75,13 @@ def arrows(room):
             other = f"{top}.{rest[0]}" if inner and rest[0] else top
             if top in OURS and other != room and path not in STARTS:
                 yield path, other
+
+
+def test_no_file_imports_a_module_of_tests():
+    """So that a change of one concerns its own shard of the nightly, and those of readers."""
+    assert not [(path, module, name) for path, text in source_texts("tb").items() for module, name in imports(text)
+                if path.split("/")[1] not in READERS and module.startswith("tb.") and ".test_" in f".{module}.{name}"
+                and module != path[:-3].replace("/", ".")]
 
 
 def test_no_cycle_within_a_room():

@@ -17,7 +17,7 @@ from golden.engine.jobs.job import PhaseRequest, plan_job
 from golden.engine.jobs.result_formats import bit_words, unpack_bits
 from golden.engine.jobs.run_job import run_job
 from golden.scene.open import open_scene
-from tb.golden.engine.cast.test_shadow_frusta import drawn_rays
+from tb.golden.engine.cast.drawn_shadows import drawn_rays
 from tb.system.job_machine import BASE, CONFIGS, SHADOWS, JobMachine
 from tb.system.scenes import geometry, phase
 

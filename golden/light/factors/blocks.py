@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.base.errors import InputError
+from golden.base.library_versions import library_versions
 from golden.base.output import whole_file
 from golden.base.source_digest import source_digest
 from golden.scene.scene import Scene
@@ -34,8 +35,8 @@ class BlockStore:
     folder
         Where blocks are; it is made when the first one is saved.
     key
-        Names and values, all that the blocks depend on beside the code of this package and of numpy; numbers and
-        strings.
+        Names and values, all that the blocks depend on beside the code of this package and of the libraries; numbers
+        and strings. Its ``method``, if any, is the casting method.
     resume
         Whether blocks of an earlier run are used.
 
@@ -47,7 +48,7 @@ class BlockStore:
 
     def __init__(self, folder: Path, key: dict, *, resume: bool):
         self._folder = folder
-        self._key = {**key, "sources": source_digest(), "numpy": np.__version__}
+        self._key = {**key, "sources": source_digest(), **library_versions(key.get("method"))}
         if not (folder / _KEY).exists():
             return
         if not resume:

@@ -65,7 +65,8 @@ def read_eulumdat(data: bytes) -> PhotometryFile:
     unused.warn()
     planes, candela = _whole_turn(symmetry, angles, values * (_value(lines, _FACTOR) * flux / 1000))
     # A round opening states its diameter as the length alone.
-    return PhotometryFile(gamma=gamma, planes=planes, candela=candela, opening=(width or length, length))
+    return PhotometryFile(gamma=gamma, planes=planes, candela=candela, opening=(width or length, length),
+                          is_round=not width)
 
 
 def _value(lines, number, *, whole=False):

@@ -18,6 +18,8 @@ _SYMMETRIES = {90: (90, 180), 180: (180,), 360: ()}
 
 _TILT = re.compile(r"\s*TILT\s*=\s*(.*?)\s*", re.IGNORECASE)
 _EDITION = re.compile(r"\s*IES(?:NA)?:LM-63-(\d+)", re.IGNORECASE)
+# From this edition on both sizes of a round opening are negative.
+_BOTH_NEGATIVE = 2002
 # From this edition on a second ballast factor is the type of the file's generation.
 _GENERATION_TYPES = 2019
 
@@ -48,12 +50,12 @@ def read_ies(data: bytes) -> PhotometryFile:
         raise InputError("it has no line TILT=")
     tilt = _TILT.fullmatch(lines[start])[1].upper()
     edition = _EDITION.match(next(filter(str.strip, lines)))
-    has_type = edition is not None and int(edition[1]) >= _GENERATION_TYPES
+    edition = int(edition[1]) if edition else 0
 
     def read(commas):
         unused = Unused()
         words = Words(lines[start + 1:], start + 2, commas=commas)
-        return _photometry(words, tilt, has_type=has_type, unused=unused), words.left, unused
+        return _photometry(words, tilt, edition=edition, unused=unused), words.left, unused
 
     try:
         found, left, unused = read(" ")
@@ -75,7 +77,7 @@ def read_ies(data: bytes) -> PhotometryFile:
     return found
 
 
-def _photometry(words, tilt, *, has_type, unused):
+def _photometry(words, tilt, *, edition, unused):
     """The photometry of the numbers behind the line TILT=."""
     unused.add("dependence on the lamp's tilt", tilt != "NONE")
     if tilt == "INCLUDE":
@@ -91,7 +93,7 @@ def _photometry(words, tilt, *, has_type, unused):
         raise InputError(f"Type of units must be 1 (feet) or 2 (metres), not {unit:g}")
     width, length, height = words.numbers(3, "width, length and height")
     ballast, lamp, _ = words.numbers(3, "ballast factors and input watts")
-    if has_type:
+    if edition >= _GENERATION_TYPES:
         unused.add(f"type of generation {lamp:g}", not 1 <= lamp < 2)
         lamp = 1
     gamma = words.numbers(vertical, "vertical angles")
@@ -99,12 +101,24 @@ def _photometry(words, tilt, *, has_type, unused):
     values = words.numbers(vertical * horizontal, "candela values").reshape(horizontal, vertical)
     unused.add("height of the luminous opening", height != 0)
     planes, candela = _whole_turn(planes, values * (multiplier * ballast * lamp))
-    # Negative sizes are diameters. LM-63-1995 states that of a round opening as the width alone.
-    if width < 0 and not length:
-        length = width
     metres = _FOOT if unit == 1 else 1.0
-    return PhotometryFile(gamma=gamma, planes=planes, candela=candela,
-                          opening=(abs(length) * metres, abs(width) * metres))
+    (length, width), is_round = _opening(length, width, height, edition=edition)
+    return PhotometryFile(gamma=gamma, planes=planes, candela=candela, opening=(length * metres, width * metres),
+                          is_round=is_round)
+
+
+def _opening(length, width, height, *, edition):
+    """Level sizes of a luminous opening, and whether it is round; negative sizes are diameters.
+
+    A circle has one negative size until 1995, an ellipse one beside a positive one; since 2002 both have two. Where the
+    height is a diameter too, a single negative size since 2002, or none until 1995, is that of a cylinder that lies.
+    """
+    is_round = min(length, width) < 0 and not (height < 0 <= max(length, width) and edition >= _BOTH_NEGATIVE)
+    if is_round:
+        length, width = length or width, width or length
+    elif height < 0 < max(length, width) and edition < _BOTH_NEGATIVE:
+        length, width = length or height, width or height
+    return (abs(length), abs(width)), is_round
 
 
 def _whole_turn(planes, candela):

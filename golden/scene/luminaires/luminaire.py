@@ -11,13 +11,14 @@ from golden.scene.lights import PointLight
 from golden.scene.luminaires.eulumdat import read_eulumdat
 from golden.scene.luminaires.ies import read_ies
 from golden.scene.luminaires.photometric_web import PhotometricWeb
+from golden.scene.luminaires.photometry_file import PhotometryFile
 from golden.scene.parser import check_regular
 from golden.scene.scene import Scene
 
 __all__ = ["Luminaire"]
 
 _READERS = {".ies": read_ies, ".ldt": read_eulumdat}
-# Points along each side of a luminous opening that share its light.
+# Points along each side of a luminous opening that share its light; even.
 POINTS = 4
 # Largest file, in bytes.
 _LARGEST = 1 << 26
@@ -27,8 +28,8 @@ _LARGEST = 1 << 26
 class Luminaire:
     """A luminaire that aims against the scene's up.
 
-    Its luminous opening, a level rectangle, shines as `POINTS` x `POINTS` points of the same intensities by direction;
-    one without a size as one point. Lengths of the scene are metres.
+    Its luminous opening, a level rectangle or ellipse, shines as `POINTS` x `POINTS` points of the same intensities by
+    direction in the middles of equal areas; one without a size as one point. Lengths of the scene are metres.
 
     Parameters
     ----------
@@ -73,9 +74,8 @@ class Luminaire:
             raise InputError(f"{self.path}: {error}", parameter="path") from error
         for message in caught:
             warn(f"{self.path}: {message}")
-        steps = np.zeros(1) if max(found.opening) == 0 else (np.arange(POINTS) + 0.5) / POINTS - 0.5
         places = [np.array(self.place) + x * found.opening[0] * axes[0] + y * found.opening[1] * axes[1]
-                  for x in steps for y in steps]
+                  for x, y in _places(found)]
         watts = (1 / (efficacy * len(places)),) * 3
         lights = tuple(PointLight(position=tuple(place.tolist()), intensity=watts, web=web) for place in places)
         return replace(scene, lights=scene.lights + lights)
@@ -102,3 +102,16 @@ class Luminaire:
         if data is None:
             raise InputError(f"it is larger than {_LARGEST} bytes")
         return _READERS[suffix](data)
+
+
+def _places(found: PhotometryFile):
+    """Points of an opening, in shares of its size from its centre."""
+    if max(found.opening) == 0:
+        return [(0.0, 0.0)]
+    if found.is_round:
+        # Ring k of radii k to k + 1 has 4 (2 k + 1) points, each for the same area, on the circle that halves the ring.
+        return [(radius * np.cos(angle), radius * np.sin(angle)) for k in range(POINTS // 2)
+                for radius in [np.hypot(k, k + 1) / np.sqrt(2) / POINTS]
+                for angle in 2 * np.pi * (np.arange(4 * (2 * k + 1)) + 0.5) / (4 * (2 * k + 1))]
+    steps = (np.arange(POINTS) + 0.5) / POINTS - 0.5
+    return [(x, y) for x in steps for y in steps]

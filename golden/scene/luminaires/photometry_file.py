@@ -25,12 +25,15 @@ class PhotometryFile:
         See `golden.scene.luminaires.photometric_web.PhotometricWeb`; C0 and C90 are the file's.
     opening
         Size of the luminous opening along C0 and along C90 in metres, at least 0.
+    is_round
+        Whether the opening is an ellipse with these axes, not a rectangle.
     """
 
     gamma: np.ndarray
     planes: np.ndarray
     candela: np.ndarray
     opening: tuple[float, float]
+    is_round: bool
 
 
 class Words:

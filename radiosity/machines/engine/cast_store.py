@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from golden.base.library_versions import library_versions
 from golden.base.output import whole_file
 from golden.base.source_digest import source_digest
 from golden.engine.cast.shelling import Shelling
@@ -36,7 +37,7 @@ class CastStore:
     timing
         Latencies and capacities of a cluster.
     folder
-        A file for each cast, of these sources of the package alone. Default: casts are kept in memory alone.
+        A file for each cast, of these sources and libraries alone. Default: casts are kept in memory alone.
     """
 
     def __init__(self, shelling: Shelling, config: Config, timing: ClusterTiming, *, folder: Path | None = None):
@@ -47,8 +48,8 @@ class CastStore:
             digest.update(np.ascontiguousarray(array).tobytes())
         # Of the network a cast has the number of pipelines alone.
         parameters = {name: value for name, value in config.parameters().items() if not name.startswith("noc.")}
-        digest.update(json.dumps([parameters, config.ctu.traversal_pipelines(config.noc.clusters), asdict(timing)],
-                                 sort_keys=True).encode())
+        digest.update(json.dumps([library_versions(), parameters, config.ctu.traversal_pipelines(config.noc.clusters),
+                                  asdict(timing)], sort_keys=True).encode())
         self._scene = digest.digest()
 
     def cast(self, record: FrustumRecord, section: Sector, subshells: SubshellList | None = None, *,

@@ -16,13 +16,9 @@ from hw.memsys.patches.istructure import IStructure
 from tb.formal.bench import Bench, transfers
 from tb.formal.connect_ports import connect_ports
 from tb.formal.declare import Claim, Control, declare
+from tb.formal.memsys.istructure_cycles import CLOSING, REFUSAL
 from tb.formal.source_fault import with_parts
 from tb.formal.stream_rules import add_rules
-
-# Cycles from a write to its refusal.
-REFUSAL = 4
-# Cycles for a sweep and for writes in flight.
-CLOSING = 6
 
 
 def written_once(m, bench, dut, depth, deferred=None):

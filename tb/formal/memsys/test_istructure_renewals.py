@@ -5,7 +5,7 @@ from amaranth.hdl import Assert, Assume, Cover, Signal
 from hw.memsys.patches.istructure import IStructure
 from tb.formal.bench import Bench, transfers
 from tb.formal.declare import Claim, Control, declare
-from tb.formal.memsys.test_istructure import CLOSING, REFUSAL
+from tb.formal.memsys.istructure_cycles import CLOSING, REFUSAL
 from tb.formal.source_fault import source_fault
 from tb.formal.stream_rules import add_rules
 

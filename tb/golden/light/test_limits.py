@@ -15,7 +15,7 @@ from golden.scene.material import Material
 from golden.scene.refine import refine
 from golden.scene.tessellate import sphere
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
-from tb.golden.render.test_two_pass import looking, picture
+from tb.golden.render.pictures import looking, picture
 
 GREY = Material(name="grey", diffuse=(0.5, 0.5, 0.5))
 LAMP = Material(name="panel", emission=(1, 1, 1))

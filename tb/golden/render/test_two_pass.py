@@ -26,8 +26,8 @@ from golden.scene.tessellate import sphere
 from golden.scene.texture import Texture
 from golden.scene.textures import Textures
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.render.pictures import SMALL, looking, picture
 
-SMALL = {"width": 12, "height": 10, "samples": 1, "light_samples": 4, "rays": (16, 4), "max_edge": 100.0}
 COLOUR = np.array((4.0, 2.0, 1.0))
 LAMP = Material(name="lamp", emission=tuple(COLOUR))
 SKY = 0.5, 0.25, 1.0
@@ -36,14 +36,6 @@ WIDE = rectangle((-99, -99, 0), (198, 0, 0), (0, 198, 0))
 DEEP = np.array((0.0, 0, 3))
 MIRROR = Material(name="mirror", specular=(1, 1, 1))
 GREY = Material(name="grey", diffuse=(0.5, 0.5, 0.5))
-
-
-def picture(scene, camera=None, **settings):
-    return render(scene, camera=camera or scene.camera, settings=RenderSettings(**(SMALL | settings)))
-
-
-def looking(eye, target, fov=10.0):
-    return Camera(eye=eye, target=target, up=(0, 1, 0), fov=fov)
 
 
 def at_angle(degrees, side=1.0, fov=0.01):

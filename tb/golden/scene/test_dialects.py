@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from golden.scene.lights import DirectionalLight
 from golden.scene.load import load_scene
 from tb.golden.scene.dialects import DAMAGES, DIALECTS, damaged
-from tb.golden.scene.test_load import refusal
+from tb.golden.scene.files import refusal
 from tb.lib.schedules import SETTINGS
 
 MANY = pytest.param(500, marks=pytest.mark.nightly)

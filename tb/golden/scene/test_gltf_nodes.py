@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from golden.base.errors import InputError
 from golden.scene.lights import DirectionalLight, PointLight
 from golden.scene.load import load_scene
+from tb.golden.scene.files import gltf
 from tb.golden.scene.gltf_nodes import node_trees
-from tb.golden.scene.test_load import gltf
 from tb.lib.schedules import SETTINGS
 
 SQUARE = np.array([(0, 0, 0, 1), (1, 0, 0, 1), (1, 1, 0, 1), (0, 1, 0, 1)], dtype=float)
@@ -38,7 +38,8 @@ def test_what_nodes_hold_moves_with_the_product_of_their_matrices(place, tree, t
     nodes[lens]["camera"] = 0
     for light, number in enumerate(lamps):
         nodes[number]["extensions"] = {"KHR_lights_punctual": {"light": light}}
-    scene = load_scene(gltf(place, nodes=nodes, cameras=LENS, materials=[{"doubleSided": False}],
+    matte = {"doubleSided": False, "pbrMetallicRoughness": {"metallicFactor": 0}}
+    scene = load_scene(gltf(place, nodes=nodes, cameras=LENS, materials=[matte],
                             extensions={"KHR_lights_punctual": {"lights": LIGHTS}}))
     corners = (world[mesh] @ SQUARE.T).T[:, :3]
     extent = np.abs(corners).max()

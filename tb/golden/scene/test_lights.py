@@ -9,7 +9,7 @@ from golden.scene.lights import Cone, DirectionalLight, PointLight
 from golden.scene.load import load_scene
 from golden.scene.material import Material
 from golden.scene.sky.daylight import Daylight
-from tb.golden.scene.test_load import gltf
+from tb.golden.scene.files import gltf
 
 
 def test_a_spot_has_the_angles_of_gltf_unless_it_states_others(tmp_path):

@@ -8,8 +8,8 @@ from golden.base.errors import InputError
 from golden.scene.appearance import from_srgb
 from golden.scene.ply import read_ply
 from tb.golden.scene.dialects import DAMAGES, damaged
+from tb.golden.scene.files import refusal
 from tb.golden.scene.ply_files import ply_files
-from tb.golden.scene.test_load import refusal
 from tb.lib.schedules import SETTINGS
 
 

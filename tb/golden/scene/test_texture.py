@@ -8,7 +8,7 @@ from golden.base.errors import InputError, InputWarning
 from golden.scene.appearance import from_srgb
 from golden.scene.load import load_scene
 from golden.scene.texture import MOST_PIXELS, Texture, join_halves
-from tb.golden.scene.test_load import gltf, refusal, write
+from tb.golden.scene.files import gltf, refusal, write
 from tb.radiosity.cli.golden.runner import run
 
 RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)

@@ -15,7 +15,7 @@ from golden.scene.load import load_scene
 from golden.scene.refine import refine
 from golden.scene.texture import Texture
 from golden.scene.textures import FaceTextures, Textures, face_mappings
-from tb.golden.scene.test_load import gltf, write
+from tb.golden.scene.files import gltf, write
 from tb.lib.schedules import SETTINGS
 
 RANDOM = np.random.default_rng(11).integers(0, 256, (8, 16, 3)).astype(np.uint8)

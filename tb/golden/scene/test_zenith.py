@@ -15,8 +15,8 @@ from golden.scene.sky.daylight import Daylight
 from golden.scene.zenith import warn_of_upright_floors, zenith_line
 from radiosity.tasks.render import View
 from tb.golden.light.scenes import rectangle, scene_of
+from tb.golden.scene.files import write
 from tb.golden.scene.luminaires.texts import ies
-from tb.golden.scene.test_load import write
 
 Z_UP = np.eye(3)
 # From a scene with z up to the same one with y up: east stays x, north becomes -z.

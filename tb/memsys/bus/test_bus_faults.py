@@ -14,7 +14,7 @@ from tb.lib.configurations import config_of
 from tb.lib.runner import options, simulate
 from tb.memsys.faulty_memory import READ_FAULTS, WRITE_FAULTS, BusFault, FaultyMemory
 from tb.memsys.memory_bench import ModelAtPort
-from tb.memsys.port.test_main_memory_port import BASE, READ, SMALL, TAG, WRITE, Bench, content
+from tb.memsys.port.port_bench import BASE, READ, SMALL, TAG, WRITE, Bench, content
 
 MODULE = "tb.memsys.bus.test_bus_faults"
 CHANGES = SMALL | {"memory.timeout_bits": 7}

@@ -3,6 +3,7 @@ from golden.engine.jobs.result_formats import HitFormat
 from hw.memsys.results.result_address import ResultAddress
 from tb.lib.bench import Bench
 from tb.lib.configurations import config_of
+from tb.memsys.results.extent import extent_of
 from tb.memsys.section_results import drawn_section
 
 FORMATS = [HitFormat.FULL, HitFormat.COMPACT, HitFormat.IDS]
@@ -41,12 +42,3 @@ class TestResultAddress(Bench):
             yield drawn_section(random.getrandbits(30), config, side=random.choice((8, 1 << 10)), base=4096,
                                 hit_format=random.choice(FORMATS)).command_item
 
-
-def extent_of(item, config):
-    """What a section's command becomes."""
-    rays, size = Sector(**item["section"]), HitFormat(item["hit_format"]).bytes
-    skipped = item["columns"] - (rays.end_column - rays.first_column)
-    return {"hits": item["hits"] + size * (rays.first_row * item["columns"] + rays.first_column),
-            "sums": item["sums"], "sums_address": item["sums_address"], "hit_format": item["hit_format"],
-            "last_column": rays.end_column - 1, "single": int(rays.end_column - rays.first_column == 1),
-            "jump": (skipped * size + min(size, config.memory.beat_bytes)) // 4}

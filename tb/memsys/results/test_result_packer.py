@@ -8,7 +8,7 @@ from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import config_of
 from tb.lib.runner import SIMULATORS
 from tb.lib.schedules import Schedule, ScheduleBench
-from tb.memsys.results.test_result_address import extent_of
+from tb.memsys.results.extent import extent_of
 from tb.memsys.section_results import Packing, drawn_section, joined
 
 CHANGES = [{"memory.data_bits": bits} for bits in (64, 128)]

@@ -9,7 +9,7 @@ from golden.engine.cast.shelling import Shelling
 from golden.engine.jobs import frustum_cycles as module
 from golden.engine.jobs.frustum_cycles import frustum_cycles
 from golden.engine.schedule.cycle_model import CycleModel, stage_work
-from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
+from tb.golden.engine.cast.drawn_shadows import drawn_frustum
 from tb.golden.engine.jobs.jobs import SMALL, hemispheres, scene
 from tb.golden.engine.schedule.scenes import CONFIG
 

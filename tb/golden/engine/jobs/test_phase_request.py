@@ -11,7 +11,7 @@ from golden.engine.jobs.frustum_cycles import frustum_cycles
 from golden.engine.jobs.job import plan_job
 from golden.engine.jobs.phase_request import phase_request, sections_per_frustum
 from golden.engine.jobs.result_formats import HitFormat
-from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
+from tb.golden.engine.cast.drawn_shadows import drawn_frustum
 from tb.golden.engine.jobs.jobs import CONFIG, RAYS, hemispheres, scene
 
 

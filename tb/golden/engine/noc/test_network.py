@@ -7,25 +7,10 @@ from benchmarks.traffic import PATTERNS
 from golden.base.errors import InputError
 from golden.engine.noc.network import NEVER, Network, Packets
 from golden.engine.noc.router import ARBITRATIONS, Routers
-from golden.engine.noc.routing import classes_needed, route
+from golden.engine.noc.routing import route
 from golden.engine.noc.topology import TOPOLOGIES, Topology
+from tb.golden.engine.noc.networks import networks, starts
 from tb.noc.packets import packets, stalls
-
-SHAPES = [(2, 1), (3, 3), (4, 2), (4, 4), (5, 3), (8, 8)]
-
-
-def networks(name):
-    """All shapes that a topology can have, with one and two channels per class."""
-    for number, (columns, rows) in enumerate(SHAPES):
-        if name == "hypercube" and columns * rows & columns * rows - 1:
-            continue
-        topology = Topology(name, columns, rows)
-        yield number, route(topology, classes_needed(topology) * (1 + number % 2))
-
-
-def starts(given):
-    """The number of each packet's first flit."""
-    return np.cumsum(given.length) - given.length
 
 
 def check(routing, given, arrivals, messages, router_cycles=2):

@@ -7,7 +7,7 @@ from golden.engine.noc.topology import Topology
 from golden.engine.schedule.assignment import heaviest_to_nearest, mean_hops, simple, traffic
 from golden.engine.schedule.classification import classify
 from golden.engine.schedule.sections import cut_sections
-from tb.golden.engine.schedule.test_virtual_frusta import random_windows
+from tb.golden.engine.schedule.windows import random_windows
 
 
 def random_load(seed, clusters):

@@ -6,7 +6,7 @@ import pytest
 from golden.engine.icu.window import Window
 from golden.engine.schedule.classification import classify, rays_inside
 from golden.engine.schedule.sections import cut_sections
-from tb.golden.engine.schedule.test_virtual_frusta import random_windows
+from tb.golden.engine.schedule.windows import random_windows
 
 COLUMNS, ROWS = 64, 16
 

@@ -4,18 +4,10 @@ import numpy as np
 import pytest
 
 from golden.base.errors import InputError
-from golden.engine.icu.window import Window
 from golden.engine.schedule.virtual_frusta import VirtualFrusta
+from tb.golden.engine.schedule.windows import random_windows
 
 SHAPES = [(64, 16, 1), (64, 16, 2), (64, 16, 16), (64, 16, 64), (50, 31, 16), (7, 5, 8)]
-
-
-def random_windows(columns, rows, seed, count=60):
-    """Windows of all sizes, some without rays, some the whole ring, some across the last column."""
-    random = np.random.default_rng(seed)
-    column_count, row_first = random.integers(0, columns + 1, count), random.integers(0, rows, count)
-    row_count = np.minimum(random.integers(0, rows + 1, count), rows - row_first)
-    return Window(random.integers(0, columns, count), column_count, row_first, row_count)
 
 
 @pytest.mark.parametrize(("columns", "rows", "ratio"), SHAPES)

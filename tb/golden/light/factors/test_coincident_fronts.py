@@ -4,7 +4,7 @@ import pytest
 from benchmarks.view_factor_cases import BARRIER
 from golden.light.factors.coincident_fronts import CoincidentFronts
 from golden.light.factors.sides import Sides
-from tb.golden.light.factors.test_rows import rows_of
+from tb.golden.light.factors.rows import rows_of
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 # Fronts to +x; back to back with it one of twice its width, one beside it; one in front of it; one with its normal.

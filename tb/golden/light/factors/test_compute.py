@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from golden.base.errors import InputError
+from golden.base.library_versions import library_versions
 from golden.cast.grid import Grid
 from golden.light.factors import blocks
 from golden.light.factors.blocks import BlockStore, scene_key
@@ -98,6 +99,15 @@ def test_blocks_of_other_sources_of_the_same_version_are_refused(scene, tmp_path
     monkeypatch.setattr(blocks, "source_digest", lambda: "of another commit")
     with pytest.raises(InputError, match="other values of sources"):
         BlockStore(tmp_path / "blocks", KEY, resume=True)
+
+
+def test_blocks_of_another_version_of_a_library_are_refused(scene, tmp_path, monkeypatch):
+    unfinished(scene, tmp_path / "blocks")
+    versions = library_versions()
+    for name in versions:
+        monkeypatch.setattr(blocks, "library_versions", lambda method, name=name: {**versions, name: "0"})
+        with pytest.raises(InputError, match=f"other values of {name}$"):
+            BlockStore(tmp_path / "blocks", KEY, resume=True)
 
 
 @pytest.mark.parametrize(("name", "message"), [("run.json", "run.json cannot be read"),

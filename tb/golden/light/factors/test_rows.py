@@ -5,18 +5,13 @@ import numpy as np
 import pytest
 
 from golden.base.errors import InputError
-from golden.cast.grid import Grid
 from golden.light.closed_forms import c_11
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.projection import project
-from golden.light.factors.rows import FactorRows
 from tb.golden.light.cube import cube
 from tb.golden.light.factors.plates import plates
+from tb.golden.light.factors.rows import rows_of
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
-
-
-def rows_of(scene, **settings):
-    return FactorRows(scene, Grid(scene), **settings)
 
 
 def test_blocks_are_the_rows_whatever_the_others():

@@ -57,10 +57,30 @@ def test_planes_may_be_unevenly_spaced_or_one(horizontal, values, whole):
 
 
 @pytest.mark.parametrize(("unit", "size", "opening"), [
-    (2, (0.6, 1.2, 0), (1.2, 0.6)), (1, (2, 4, 0), (1.2192, 0.6096)), (2, (-0.5, -0.5, 0), (0.5, 0.5)),
-    (2, (-0.5, 0, 0), (0.5, 0.5))])
+    (2, (0.6, 1.2, 0), (1.2, 0.6)), (1, (2, 4, 0), (1.2192, 0.6096))])
 def test_the_opening_is_in_metres_with_its_length_along_c0(unit, size, opening):
     assert read_ies(ies(unit=unit, size=size).encode()).opening == pytest.approx(opening)
+
+
+OLD, SINCE_2002 = ("IESNA91", "IESNA:LM-63-1995"), ("IESNA:LM-63-2002", "IES:LM-63-2019")
+
+
+@pytest.mark.filterwarnings("ignore:not used. height of the luminous opening$")
+@pytest.mark.parametrize(("editions", "size", "opening", "is_round"), [
+    ((*OLD, *SINCE_2002), (3, 4, 0), (4, 3), False), ((*OLD, *SINCE_2002), (3, 4, 2), (4, 3), False),
+    (OLD, (-3, 0, 0), (3, 3), True), (OLD, (-3, 0, 2), (3, 3), True), (OLD, (-3, 4, 0), (4, 3), True),
+    (OLD[1:], (-3, 0, -3), (3, 3), True), (OLD[1:], (-3, 4, -2), (4, 3), True),
+    (OLD[1:], (0, 4, -3), (4, 3), False), (OLD[1:], (4, 0, -3), (3, 4), False),
+    (SINCE_2002, (-3, -3, 0), (3, 3), True), (SINCE_2002, (-3, -4, 0), (4, 3), True),
+    (SINCE_2002, (-3, -3, 2), (3, 3), True), (SINCE_2002, (-3, -4, -3), (4, 3), True),
+    (SINCE_2002, (-3, 4, -3), (4, 3), False), (SINCE_2002, (3, -4, -4), (4, 3), False),
+    (SINCE_2002, (-3, 0, -3), (0, 3), False), (SINCE_2002, (-3, 0, 0), (3, 3), True)])
+def test_negative_sizes_mean_the_shapes_of_their_edition(editions, size, opening, is_round):
+    """The level outline of each shape: ellipses for what is round seen from below, rectangles for what lies."""
+    for edition in editions:
+        text = ies(size=size, lamp=1).replace("IESNA:LM-63-2002", edition)
+        found = read_ies(text.encode())
+        assert (found.opening, found.is_round) == (opening, is_round), edition
 
 
 def test_a_tilt_is_read_over_with_a_warning():

@@ -15,8 +15,8 @@ from golden.scene.luminaires.luminaire import Luminaire
 from radiosity.tasks import render
 from radiosity.tasks.render import View
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.scene.files import write
 from tb.golden.scene.luminaires.texts import eulumdat, ies
-from tb.golden.scene.test_load import write
 
 FLOOR = rectangle((-9, -9, 0), (18, 0, 0), (0, 18, 0))
 GAMMA = np.arange(0, 91, 1.0)
@@ -51,6 +51,21 @@ def test_an_opening_shares_its_light_among_points(tmp_path):
     scene = hung(tmp_path, ies(vertical=GAMMA, candela=[LAMBERTIAN], size=(1, 1, 0)))
     assert len(scene.lights) == 16
     assert lux(scene, (0, 0, 0)) == pytest.approx(230.84, rel=0.01)
+
+
+@pytest.mark.parametrize(("name", "text"), [
+    ("a.ies", ies(vertical=GAMMA, candela=[LAMBERTIAN], size=(-1, -1, 0))),
+    ("a.ies", ies(vertical=GAMMA, candela=[LAMBERTIAN], size=(-1, 0, 0)).replace("IESNA:LM-63-2002", "IESNA91")),
+    ("a.ldt", eulumdat(gamma=GAMMA, candela=[LAMBERTIAN], size=(1000, 0)))])
+def test_a_round_opening_lights_as_a_disk(tmp_path, name, text):
+    """The light of 1000 cd from a disk of radius R, h above a floor, is 1000 / (R^2 + h^2) below its middle.
+
+    A square of the same width has 230.84 lx. The mean square of the points' distances is that of a disk, R^2 / 2.
+    """
+    scene = hung(tmp_path, text, name=name)
+    assert lux(scene, (0, 0, 0)) == pytest.approx(1000 / (0.5**2 + 2**2), rel=1e-3)
+    places = np.array([light.position[:2] for light in scene.lights])
+    np.testing.assert_allclose(places.T @ places / len(places), np.eye(2) * 0.5**2 / 4, atol=1e-12)
 
 
 def test_points_are_in_the_middles_of_equal_parts_of_an_opening_that_is_longer_than_wide(tmp_path):

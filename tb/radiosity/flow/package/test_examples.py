@@ -17,8 +17,7 @@ from radiosity.flow.package.example.link_example import FLITS
 from radiosity.flow.package.example.stream_example import SCRIPTS, stream_example
 from radiosity.flow.package.example.templates import example_files
 from tb.lib.runner import tools
-from tb.radiosity.flow.package.exported_engine import written
-from tb.radiosity.flow.package.test_dialects import DIALECTS
+from tb.radiosity.flow.package.exported_engine import DIALECTS, written
 
 
 def make(folder, *goal):

@@ -15,7 +15,6 @@ from amaranth.sim import Simulator
 from cocotb.triggers import FallingEdge, RisingEdge, Timer
 
 from hw.lib.shared_port import share_port
-from tb.icu import test_screening
 from tb.lib.clocking import start
 from tb.lib.runner import SIMULATORS, Simulation, options
 from tb.radiosity.flow.synthesis.mapped import mapped_text
@@ -174,9 +173,3 @@ def test_what_is_missing_is_noticed(cells, simulator, there, missing):
     changed = re.sub(there, missing, text)
     assert changed != text
     assert run(changed, expected, simulator)
-
-
-@pytest.mark.parametrize("simulator", SIMULATORS[1:])
-def test_a_unit_in_the_simulator(simulator, tmp_path):
-    """As its description is tested: stalls, a reset in flight, one item in each cycle."""
-    test_screening.TestScreening().simulate(simulator, lambda component: mapped_text(component, tmp_path))

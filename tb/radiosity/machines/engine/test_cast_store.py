@@ -16,7 +16,7 @@ from golden.engine.schedule.subshells import SubshellList
 from golden.scene.builtin import builtin_scene
 from radiosity.machines.engine.cast_store import CastStore
 from radiosity.machines.engine.cluster_latencies import cluster_timing
-from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
+from tb.golden.engine.cast.drawn_shadows import drawn_frustum
 
 CONFIG = PRESETS["tiny"]
 
@@ -40,7 +40,9 @@ def store(geometry):
     return CastStore(Shelling(geometry, CONFIG, cell=0.5, by_code=True), CONFIG, cluster_timing(CONFIG))
 
 
-def test_casts_of_other_sources_are_explored_again(geometry, explored, monkeypatch, tmp_path):
+@pytest.mark.parametrize(("name", "other"), [("source_digest", "of another commit"),
+                                             ("library_versions", {"numpy": "0"})])
+def test_casts_of_other_code_are_explored_again(geometry, explored, monkeypatch, tmp_path, name, other):
     monkeypatch.setattr(radiosity.machines.engine.cast_store, "_write", lambda path, cast: path.write_text(str(cast)))
     monkeypatch.setattr(radiosity.machines.engine.cast_store, "_read", lambda path: int(path.read_text()))
     shelling = Shelling(geometry, CONFIG, cell=0.5, by_code=True)
@@ -51,7 +53,7 @@ def test_casts_of_other_sources_are_explored_again(geometry, explored, monkeypat
         return CastStore(shelling, CONFIG, cluster_timing(CONFIG), folder=tmp_path).cast(frustum, Sector.whole(frustum))
 
     assert [cast(), cast()] == [1, 1]
-    monkeypatch.setattr(radiosity.machines.engine.cast_store, "source_digest", lambda: "of another commit")
+    monkeypatch.setattr(radiosity.machines.engine.cast_store, name, lambda: other)
     assert [cast(), cast()] == [2, 2]
 
 

@@ -9,7 +9,7 @@ from golden.engine.noc.router import ARBITRATIONS
 from golden.engine.noc.routing import route
 from golden.engine.noc.topology import TOPOLOGIES, Topology
 from radiosity.machines.engine.packet_network import packet_network
-from tb.golden.engine.noc.test_network import networks, starts
+from tb.golden.engine.noc.networks import networks, starts
 from tb.noc.packets import packets
 from tb.radiosity.machines.engine.packet_runs import run_packets
 

@@ -13,7 +13,7 @@ from golden.scene.builtin import builtin_scene
 from radiosity.machines.engine.cluster_latencies import cluster_timing
 from radiosity.machines.engine.section_trace import replay
 from radiosity.machines.engine.simulated_cast import cast_section
-from tb.golden.engine.cast.test_shadow_frusta import drawn_frustum
+from tb.golden.engine.cast.drawn_shadows import drawn_frustum
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
