@@ -6,11 +6,12 @@ import numpy as np
 
 from golden.base.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, colour_materials, from_srgb, to_srgb
+from golden.scene.face_normals import contradicted
 from golden.scene.gltf_buffers import GltfBuffers
 from golden.scene.gltf_material import gltf_material
 from golden.scene.material import Material
 from golden.scene.texture import Texture, join_halves
-from golden.scene.unused import Unused
+from golden.scene.unused import NORMALS, Unused
 
 __all__ = ["TRIANGLES", "GltfFaces", "gltf_faces"]
 
@@ -92,6 +93,7 @@ def gltf_faces(primitive: dict, where: str, tree: dict, buffers: GltfBuffers, un
     if not len(faces):
         return None
     read = _Reader(points, faces, attributes, buffers, unused)
+    read.check_normals()
     source = tree["materials"][primitive["material"]] if "material" in primitive else None
     return read.unnamed() if source is None else read.of(source, f"material {primitive['material']}")
 
@@ -114,6 +116,13 @@ class _Reader:
         # Some programs write integers without the mark that they are shares of the largest one.
         share = np.iinfo(values.dtype).max if name == "COLOR_0" and values.dtype.kind == "u" else 1
         return values.astype(np.float64)[self._faces] / share
+
+    def check_normals(self) -> None:
+        """Counts the faces whose normals contradict the order of their corners."""
+        normals = self._at_corners("NORMAL", "VEC3")
+        if normals is not None:
+            self._unused.add(NORMALS, contradicted(
+                self._points, np.full(len(self._faces), 3), self._faces.reshape(-1), normals.reshape(-1, 3)))
 
     def unnamed(self) -> GltfFaces:
         """Triangles without a material: glTF's default one is one-sided."""

@@ -5,7 +5,7 @@ import numpy as np
 from golden.scene.appearance import UNSPECIFIED, bounded_material
 from golden.scene.material import Material
 
-__all__ = ["EXACT", "EXACT_SHARES", "gltf_material"]
+__all__ = ["EXACT", "EXACT_SHARES", "MIRROR_ROUGHNESS", "gltf_material"]
 
 MIRROR_ROUGHNESS = 0.25
 """Largest roughness of a metal that counts as a mirror; above it the reflection counts as diffuse."""

@@ -2,6 +2,7 @@
 
 from golden.base.errors import InputError
 from golden.scene.gltf_faces import TRIANGLES
+from golden.scene.gltf_material import EXACT, MIRROR_ROUGHNESS
 from golden.scene.unused import Unused
 
 __all__ = ["check_required", "unused_of"]
@@ -32,7 +33,7 @@ def check_required(tree: dict) -> None:
 
 
 def unused_of(tree: dict) -> Unused:
-    """What `golden.scene.gltf.read_gltf` skips of a checked file: it does not name normals and tangents."""
+    """What `golden.scene.gltf.read_gltf` skips of a checked file: it does not name tangents."""
     unused = Unused()
     for member in "animations", "skins":
         unused.add(member, len(tree.get(member, ())))
@@ -63,6 +64,7 @@ def _add_material(unused: Unused, material: dict) -> None:
     unused.add("negative emissiveStrength", strength < 0)
     colour = pbr.get("baseColorFactor", (0,))
     unused.add("baseColorFactor beyond 0 to 1", min(colour) < 0 or max(colour) > 1)
+    _add_gloss(unused, material, pbr)
     for name in TEXTURES:
         unused.add(name, name in material)
     unused.add("metallicRoughnessTexture", "metallicRoughnessTexture" in pbr)
@@ -70,3 +72,16 @@ def _add_material(unused: Unused, material: dict) -> None:
     for name, extension in material.get("extensions", {}).items():
         for member in extension if name in USED and isinstance(extension, dict) else ():
             unused.add(f"{name}.{member}", member not in USED[name])
+
+
+def _add_gloss(unused: Unused, material: dict, pbr: dict) -> None:
+    """Counts what mirrors and diffuse surfaces stand for; see `golden.scene.gltf_material.gltf_material`."""
+    exact, extensions = material.get("extras"), material.get("extensions", {})
+    if isinstance(exact, dict) and exact.get(EXACT):
+        return
+    metallic, roughness = pbr.get("metallicFactor", 1), pbr.get("roughnessFactor", 1)
+    transmits = extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0) > 0
+    unused.add("gloss of a rough metal", metallic > 0 and roughness > MIRROR_ROUGHNESS)
+    unused.add("roughness of a mirror", metallic > 0 and 0 < roughness <= MIRROR_ROUGHNESS)
+    unused.add("roughness of what transmits", metallic < 1 and transmits and roughness > 0)
+    unused.add("gloss of a dielectric", metallic < 1 and not transmits and roughness < 1)

@@ -8,6 +8,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.base.input_warnings import warn
 from golden.scene.adjacency import corner_sets, inside_out, patch_normals, smooth_numbers, surface_numbers
+from golden.scene.face_normals import area_vectors
 from golden.scene.material import Material
 from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
 from golden.scene.scene import Scene
@@ -104,9 +105,7 @@ def _flat(mesh: Mesh) -> np.ndarray:
     """The faces without area."""
     starts = np.cumsum(mesh.counts) - mesh.counts
     local = mesh.points[mesh.corners] - np.repeat(mesh.points[mesh.corners[starts]], mesh.counts, axis=0)
-    following = np.arange(1, len(local) + 1)
-    following[starts + mesh.counts - 1] = starts
-    areas = 0.5 * np.linalg.norm(np.add.reduceat(np.cross(local, local[following]), starts, axis=0), axis=1)
+    areas = 0.5 * np.linalg.norm(area_vectors(mesh.points, mesh.counts, mesh.corners), axis=1)
     extent = np.maximum.reduceat(np.abs(local).max(axis=1), starts)
     return np.flatnonzero(~(areas > NO_AREA * extent * extent))
 

@@ -23,6 +23,9 @@ __all__ = ["MtlMaterial", "read_mtl"]
 MIRROR_SHININESS = 500.0
 """Least Ns (0 to 1000) at which a highlight counts as a mirror reflection, for any ``illum``."""
 
+LARGEST_SHININESS = 1000.0
+"""Ns of the sharpest highlight."""
+
 SKIPPED = ("Ka", "sharpness")
 """Values without a physical meaning."""
 
@@ -104,6 +107,9 @@ class MtlMaterial:
                   + (1 - self._opacity) * stated.get("Tf", np.ones(3))
                   + (stated.get("Ks", np.zeros(3)) if self._shines else 0))
         unused.add("shares beyond a sum of 1", shares.max() > 1 + 1e-9)
+        unused.add("spread of a highlight", self._shines and self._illum < 3 and stated.get("Ks", np.zeros(3)).any()
+                   and stated["Ns"][0] < LARGEST_SHININESS)
+        unused.add("'Ni' without refraction", self._opacity < 1 and self._illum < 4 and stated.get("Ni", [1])[0] > 1)
         unused.add("'Ks' of a highlight", not self._shines and bool(stated.get("Ks", np.zeros(3)).any()))
         unused.add("'Tf' of an opaque material",
                    self._opacity == 1 and not (stated.get("Tf", np.ones(3)) == 1).all())

@@ -13,18 +13,19 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.base.input_warnings import warn
 from golden.scene.appearance import UNSPECIFIED, colour_materials
+from golden.scene.face_normals import contradicted
 from golden.scene.file_text import file_of, forms_of, lines_of, numbers, unquoted
 from golden.scene.mesh import Mesh
 from golden.scene.mtl import MtlMaterial, read_mtl
 from golden.scene.parser import check_regular
 from golden.scene.texture import join_halves
 from golden.scene.textures import FaceTextures
-from golden.scene.unused import Unused
+from golden.scene.unused import NORMALS, Unused
 
 __all__ = ["read_obj"]
 
-# Creases decide about smoothness (`golden.scene.mesh.mesh_scene`), not the normals of a file; groups are names.
-SKIPPED = ("vn", "g", "o", "s")
+# Creases decide about smoothness (`golden.scene.mesh.mesh_scene`); groups are names.
+SKIPPED = ("g", "o", "s")
 # Statements of names, which may hold any character; in the others # begins a comment.
 GROUPS = ("g", "o")
 NAMED = ("usemtl", "mtllib", *GROUPS)
@@ -60,7 +61,9 @@ class _Obj:
         self.path = path
         self.points: list[list[float]] = []
         self.uv: list[list[float]] = []
+        self.normals: list[list[float]] = []
         self.uv_corners: list[int] = []
+        self.normal_corners: list[int] = []
         self.counts: list[int] = []
         self.corners: list[int] = []
         self.material: list[int] = []
@@ -101,6 +104,23 @@ class _Obj:
             raise self.error(f"{text!r} is not a pair of texture coordinates") from None
         self.unused.add("third texture coordinates", any(values[2:]))
 
+    def normal(self, text: str) -> None:
+        """Reads a normal; one that is no three numbers contradicts nothing."""
+        try:
+            values = numbers(text.split())
+        except ValueError:
+            values = []
+        self.normals.append(values[:3] if len(values) >= 3 else [0.0, 0.0, 0.0])
+
+    def _normal_corner(self, word: str) -> int:
+        """The number of a corner's normal, or -1 if it states none or one that does not exist."""
+        text, count = word.split("/")[2] if word.count("/") == 2 else "", len(self.normals)
+        number = self._number(word, text) if text else 0
+        if not (1 <= number <= count or -count <= number <= -1):
+            self.unused.add("normals of corners that do not exist", number != 0)
+            return -1
+        return number - 1 if number > 0 else count + number
+
     def _number(self, word: str, text: str) -> int:
         """A whole number of a corner."""
         try:
@@ -133,6 +153,7 @@ class _Obj:
                                  f"but there are {count} vertices so far")
             self.corners.append(number - 1 if number > 0 else count + number)
             self.uv_corners.append(self._texture_corner(word))
+            self.normal_corners.append(self._normal_corner(word))
         self.counts.append(len(words))
         self.material.append(self.numbers.setdefault(self._current, len(self.numbers)))
 
@@ -218,10 +239,10 @@ def _more(names):
 def read_obj(path: Path) -> Mesh:
     """The mesh of an OBJ file.
 
-    Vertices, texture coordinates, faces (also with negative numbers), ``mtllib`` and ``usemtl`` are read; normals,
-    groups, lines, points and free-form surfaces are skipped. Pictures reflect diffusely point by point
-    (`golden.scene.textures.Textures`). Faces are two-sided: OBJ does not define sides. Materials that are nowhere are
-    `UNSPECIFIED`.
+    Vertices, texture coordinates, faces (also with negative numbers), ``mtllib`` and ``usemtl`` are read; groups,
+    lines, points and free-form surfaces are skipped. Pictures reflect diffusely point by point
+    (`golden.scene.textures.Textures`). Faces are two-sided: OBJ does not define sides. Their front is that of the order
+    of corners. Materials that are nowhere are `UNSPECIFIED`.
 
     Raises
     ------
@@ -234,7 +255,8 @@ def read_obj(path: Path) -> Mesh:
     Warns
     -----
     InputWarning
-        Names what is skipped, but for normals and groups; libraries and materials that do not exist.
+        Names what is skipped, but for groups; normals that contradict the order of corners; libraries and materials
+        that do not exist.
     """
     obj = _Obj(path)
     for number, keyword, text in _statements(lines_of(path.read_bytes())):
@@ -243,6 +265,8 @@ def read_obj(path: Path) -> Mesh:
             obj.vertex(text)
         elif keyword == "vt":
             obj.texture_vertex(text)
+        elif keyword == "vn":
+            obj.normal(text)
         elif keyword in ("f", "fo"):
             obj.face(text.split())
         elif keyword == "usemtl":
@@ -253,6 +277,10 @@ def read_obj(path: Path) -> Mesh:
             obj.unused.add(f"{keyword!r}")
     points = np.array(obj.points, dtype=np.float64).reshape(-1, 3)
     counts, corners = np.array(obj.counts, dtype=np.int64), np.array(obj.corners, dtype=np.int64)
+    if obj.normals:
+        # What is no number of a normal is that of the last one, 0.
+        normals = np.array([*obj.normals, (0, 0, 0)], dtype=np.float64)
+        obj.unused.add(NORMALS, contradicted(points, counts, corners, normals[obj.normal_corners]))
     textures = FaceTextures()
     materials, material = _materials(obj, points, counts, corners, textures)
     textures.add_unused(obj.unused)

@@ -11,9 +11,10 @@ import numpy as np
 
 from golden.base.errors import InputError
 from golden.scene.appearance import UNSPECIFIED, colour_materials, from_srgb
+from golden.scene.face_normals import contradicted
 from golden.scene.file_text import lines_of
 from golden.scene.mesh import Mesh
-from golden.scene.unused import Unused
+from golden.scene.unused import NORMALS, Unused
 
 __all__ = ["read_ply"]
 
@@ -295,7 +296,8 @@ def read_ply(path: Path) -> Mesh:
     Warns
     -----
     InputWarning
-        Names elements and properties that are not used, but for normals, and what follows the last row.
+        Names elements and properties that are not used, but for normals that agree with the order of corners, and what
+        follows the last row.
     """
     data, where = path.read_bytes(), str(path)
     order, elements, body = _header(data, where)
@@ -329,10 +331,14 @@ def read_ply(path: Path) -> Mesh:
                                         "tristrips": (used_of_strips,),
                                         "vertex": ("x", "y", "z", *NORMAL, *(COLOURS if at_vertices else ()))})
     colours_of_vertices = _colours(vertex, unused) if at_vertices else None
+    # `mesh_scene` refuses corners at vertices that do not exist.
+    existing = np.clip(corners, 0, len(points) - 1)
+    if vertex.has_numbers(NORMAL):
+        normals = np.stack([vertex.columns[name] for name in NORMAL], axis=1).astype(np.float64)
+        unused.add(NORMALS, contradicted(points, counts, corners, normals[existing]))
     unused.warn()
     if at_vertices and counts.all():
-        # `mesh_scene` refuses corners at vertices that do not exist.
-        at_corners = colours_of_vertices[np.clip(corners, 0, len(points) - 1)]
+        at_corners = colours_of_vertices[existing]
         colours = np.add.reduceat(at_corners, np.cumsum(counts) - counts, axis=0) / counts[:, None]
     if colours is None:
         materials, material = (UNSPECIFIED,), np.zeros(len(counts), dtype=np.int64)

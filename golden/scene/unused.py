@@ -2,7 +2,10 @@
 
 from golden.base.input_warnings import warn
 
-__all__ = ["Unused"]
+__all__ = ["NORMALS", "Unused"]
+
+NORMALS = "normals that contradict the order of corners"
+"""The kind of faces whose normals in the file are opposite to that of their corners' order."""
 
 
 class Unused:

@@ -47,7 +47,8 @@ def receiver_factors(scene: Scene, caster: CastsRays, points: Sensors, *, error:
     """The view factors from points, small black elements that face a direction, to surfaces by their names.
 
     A hemisphere of rays distributed by the cosine measures each, in replicates whose scatter is the standard error. It
-    has four times the rays until the error of every factor is the requested one, or 2^20.
+    has four times the rays until the error of every factor is the requested one, or 2^20. An error that was above it is
+    not below it then: of several estimates one that is too small ends the search.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def receiver_factors(scene: Scene, caster: CastsRays, points: Sensors, *, error:
     fronts, on = CoincidentFronts(sides), points.patches(scene, caster)
     source = np.where(on < 0, -1, scene.surface[on])
     axes, targets = frame(points.normal), len(names) + 2
-    share, spread = np.empty((2, len(points), targets))
+    (share, spread), least = np.empty((2, len(points), targets)), np.zeros((len(points), targets))
     waiting, rays = np.arange(len(points)), _FEWEST
     while len(waiting):
         step = max(1, _RAYS // rays)
@@ -81,6 +82,8 @@ def receiver_factors(scene: Scene, caster: CastsRays, points: Sensors, *, error:
             whole = np.full_like(part, rays / REPLICATES)
             share[some], spread[some] = (values.reshape(-1, targets) for values in replicate_shares(
                 whole, part, np.full(len(part), float(rays))))
+        spread[waiting] = np.maximum(spread[waiting], least[waiting])
+        least[spread > error / 2] = error / 2
         waiting = waiting[spread[waiting].max(axis=1) > error / 2] if rays < _MOST else waiting[:0]
         rays *= 4
     return ReceiverFactors(names=names, share=share, error=spread)

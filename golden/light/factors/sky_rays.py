@@ -74,7 +74,8 @@ class SkyRays:
         """The share of each side's rays that leave, and its standard error, R float64 each.
 
         Sides whose error, or that of a patch of the sky (`patch_errors`), is above the limit get more rays, until it is
-        not or they have ``most``. A known share that the first rays do not refute has no error, and needs rays for a
+        not or they have ``most``. An error that was above the limit is not below it then: of several estimates one that
+        is too small ends the search. A known share that the first rays do not refute has no error, and needs rays for a
         division of the sky alone.
 
         Parameters
@@ -88,11 +89,12 @@ class SkyRays:
         known
             R float64: exact shares, NaN where there is none. Default: there is none.
         """
-        cast = np.full(len(self._row), rays)
+        cast, least = np.full(len(self._row), rays), np.zeros(len(self._row))
         settled = None
         while True:
             whole = np.repeat(cast[:, None] / REPLICATES, REPLICATES, axis=1)
             share, error = replicate_shares(whole, self._left, cast)
+            error = np.maximum(error, least)
             if settled is None:  # patches that overlap have factors too large
                 settled = np.zeros(len(share), dtype=bool) if known is None else (
                     np.abs(known - share) <= _REFUTED * error)
@@ -102,6 +104,7 @@ class SkyRays:
             if not len(short):
                 self.rays = cast
                 return np.where(settled, 0.0 if known is None else known, share), np.where(settled, 0.0, error)
+            least[error > limit] = limit
             growth = np.clip((worst[short] / limit)**2, 1.25, 4)
             target = np.ceil(cast[short] * growth / REPLICATES).astype(np.int64) * REPLICATES
             more = np.clip(target, REPLICATES, most) - cast[short]

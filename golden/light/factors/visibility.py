@@ -53,7 +53,8 @@ def visible_shares(sides: Sides, caster: CastsRays, first: np.ndarray, second: n
     """Visible shares such that each factor's standard error is at most ``limit``.
 
     A pair first gets as many segments as it needs if all of them agree. If they do, and many more are needed,
-    geometry decides if it can; all others get more segments until the estimate is good enough, or there are 2^22.
+    geometry decides if it can; all others get more segments until the estimate is good enough, or there are 2^22. Then
+    a factor's error is not below the limit: of several estimates one that is too small ends the search.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def visible_shares(sides: Sides, caster: CastsRays, first: np.ndarray, second: n
         Of the segments; those of a pair do not depend on other pairs.
     """
     sampling = _Sampling(sides, caster, first, second, factor, seed)
-    exact = np.zeros(len(first), dtype=bool)
+    exact, again = np.zeros((2, len(first)), dtype=bool)
     certain = np.zeros(len(first))
     needed = np.maximum(1, np.ceil(2 * factor / limit) - 4)
     sampling.extend(np.arange(len(first)), np.minimum(needed, _FIRST))
@@ -89,6 +90,9 @@ def visible_shares(sides: Sides, caster: CastsRays, first: np.ndarray, second: n
         growth = np.where(agree, np.minimum(ratio, 16), np.minimum(ratio**2, 4)) * 1.1
         sampling.extend(rows, np.minimum(sampling.count[rows] * np.maximum(growth, 1.25), _MOST))
         share[rows], error[rows] = sampling.estimate(rows)
+        again[rows] = True
+    again &= (share > 0) & (share < 1)
+    error[again] = np.maximum(error[again], np.nextafter(limit / factor[again], 0))
     return VisibleShares(share=np.where(exact, certain, share), error=np.where(exact, 0.0, error), exact=exact,
                          segments=sampling.segments)
 

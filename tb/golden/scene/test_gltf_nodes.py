@@ -38,7 +38,8 @@ def test_what_nodes_hold_moves_with_the_product_of_their_matrices(place, tree, t
     nodes[lens]["camera"] = 0
     for light, number in enumerate(lamps):
         nodes[number]["extensions"] = {"KHR_lights_punctual": {"light": light}}
-    scene = load_scene(gltf(place, nodes=nodes, cameras=LENS, materials=[{"doubleSided": False}],
+    matte = {"doubleSided": False, "pbrMetallicRoughness": {"metallicFactor": 0}}
+    scene = load_scene(gltf(place, nodes=nodes, cameras=LENS, materials=[matte],
                             extensions={"KHR_lights_punctual": {"lights": LIGHTS}}))
     corners = (world[mesh] @ SQUARE.T).T[:, :3]
     extent = np.abs(corners).max()

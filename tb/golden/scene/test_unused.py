@@ -2,6 +2,7 @@ import json
 import os
 import struct
 import warnings
+from base64 import b64encode
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -18,6 +19,9 @@ from tb.radiosity.cli.golden.runner import run
 
 SUN = {"KHR_lights_punctual": {"lights": [{"type": "laser", "range": 3},
                                           {"type": "spot", "spot": {"innerConeAngle": 1, "outerConeAngle": 0.5}}]}}
+# glTF's default material is a rough metal.
+MATTE = {"pbrMetallicRoughness": {"metallicFactor": 0}}
+PASSES = {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5}}}
 EXTENSIONS = {"KHR_materials_volume": {"attenuationDistance": 1}, "KHR_materials_ior": {"ior": 1.4}}
 TREES = {
     "lights": ({"extensions": SUN, "nodes": [{"mesh": 0, "extensions": {"KHR_lights_punctual": {"light": 1}}}]},
@@ -26,16 +30,34 @@ TREES = {
     "scenes": ({"scenes": [{"nodes": [0]}] * 3}, "not used: scenes beside the first (2)"),
     "extensions": ({"extensionsUsed": ["KHR_materials_ior", "KHR_materials_sheen"]},
                    "not used: extension KHR_materials_sheen"),
-    "undeclared": ({"materials": [{"extensions": {"KHR_materials_clearcoat": {}}}],
+    "undeclared": ({"materials": [{**MATTE, "extensions": {"KHR_materials_clearcoat": {}}}],
                     "nodes": [{"mesh": 0, "extensions": {"KHR_node_visibility": {"visible": False}}}]},
                    "not used: extension KHR_materials_clearcoat, extension KHR_node_visibility"),
     "orthographic": ({"cameras": [{"type": "orthographic"}, *[{"perspective": {"yfov": 1}}] * 2]},
                      "not used: cameras beside the first, orthographic camera"),
-    "negative": ({"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0, 2, 0, 1]},
+    "negative": ({"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0, 2, 0, 1], "metallicFactor": 0},
                                  "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": -1}}}]},
                  "not used: negative emissiveStrength, baseColorFactor beyond 0 to 1"),
-    "materials": ({"materials": [{"alphaMode": "MASK", "normalTexture": {"index": 0}, "extensions": EXTENSIONS}]},
+    "materials": ({"materials": [
+        {**MATTE, "alphaMode": "MASK", "normalTexture": {"index": 0}, "extensions": EXTENSIONS}]},
                   "not used: normalTexture, alphaMode MASK, KHR_materials_volume.attenuationDistance"),
+    "metals": ({"materials": [*({"pbrMetallicRoughness": {"metallicFactor": metal, "roughnessFactor": rough}}
+                                for metal, rough in ((1, 0.26), (0.5, 1), (1, 0.25), (0.1, 0), (0, 1))), {}]},
+               "not used: gloss of a rough metal (3), roughness of a mirror, gloss of a dielectric"),
+    "gloss": ({"materials": [{"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": rough}, **more}
+                             for rough in (0.9, 1, 0) for more in ({}, PASSES)]},
+              "not used: gloss of a dielectric (2), roughness of what transmits (2)"),
+    "exact": ({"materials": [{"extras": {"radiosity_engine": {"diffuse": [0.5, 0.5, 0.5]}}, "alphaMode": "MASK"}]},
+              "not used: alphaMode MASK"),
+    "normals": ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 2}, "indices": 1}]}],
+                 "accessors": [{"bufferView": view, "componentType": code, "count": count, "type": kind} for
+                               view, code, count, kind in ((0, 5126, 4, "VEC3"), (1, 5123, 6, "SCALAR"),
+                                                           (2, 5126, 4, "VEC3"))],
+                 "bufferViews": [{"buffer": number, "byteOffset": start, "byteLength": length}
+                                 for number, start, length in ((0, 0, 48), (0, 48, 12), (1, 0, 48))],
+                 "buffers": [{"byteLength": 60}, {"byteLength": 48, "uri": "data:;base64," + b64encode(
+                     struct.pack("<12f", *(0, 0, -1) * 4)).decode()}]},
+                "not used: normals that contradict the order of corners (2)"),
     "lines": ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}, {"mode": 1}]}]},
               "not used: points and lines"),
     "corners": ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]},
@@ -46,20 +68,21 @@ TREES = {
                              *({"bufferView": 1, "componentType": 5123, "count": count, "type": "SCALAR"}
                                for count in (6, 2))]},
               "not used: corners of an incomplete triangle (2)"),
-    "picture": ({"materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+    "picture": ({"materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}}],
                  "textures": [{"source": 0}], "images": [{"uri": "my%20wall.png"}]},
                 "there is no picture 'my wall.png': baseColorTexture 0 is not used"),
-    "frames": ({"materials": [{"emissiveTexture": {"index": 0}}], "textures": [{"source": 0}],
+    "frames": ({"materials": [{**MATTE, "emissiveTexture": {"index": 0}}], "textures": [{"source": 0}],
                 "images": [{"uri": "moving.gif"}]},
                "not used: further frames of emissiveTexture, texture of a face without "
                "coordinates (2)"),
     "turned": ({"nodes": [{"mesh": 0, "rotation": [0, 0, 0, 2]}]}, "not used: length of a rotation"),
-    "no picture": ({"materials": [{"emissiveTexture": {"index": 0}}], "textures": [{}]},
+    "no picture": ({"materials": [{**MATTE, "emissiveTexture": {"index": 0}}], "textures": [{}]},
                    "texture 0 has no picture that can be read: emissiveTexture is not used"),
 }
 LIBRARIES = {
     "Kd 1 1 1\nKs 1 1 1\nNs 10\nTf 0 0 1\nmap_Bump b.png\nbump b.png":
         "not used: 'map_Bump', 'bump', 'Ks' of a highlight, 'Tf' of an opaque material",
+    "Ks 0.1 0.1 0.1\nNs 600": "not used: spread of a highlight", "d 0.5\nNi 1.5": "not used: 'Ni' without refraction",
     "Kd -1 0.5 0.5": "not used: negative 'Kd'", "Ke 1 1 -1": "not used: negative 'Ke'", "d 7": "not used: 'd' above 1",
     "d -1": "not used: negative 'd'", "Tr 2": "not used: 'Tr' above 1", "d -halo 0.3": "not used: '-halo' of 'd'",
     "Kd 0.8 0.1 0.1\nKs 0.5 0 0\nillum 3": "not used: shares beyond a sum of 1",
@@ -109,6 +132,18 @@ FILES = {
     "bytes.ply": (ply(ELL, [tuple(range(6))], kind="binary_big_endian") + b"\n", "not used: bytes behind the last row"),
     "strips.ply": (ply(ELL, [], kind="ascii").replace(b"element face 0", b"element tristrips 1")
                    + b"7 0 1 2 -1 4 5 -1\n", "not used: corners of an incomplete triangle (2)"),
+    "normals.obj": (SQUARE + "vn 0 0 1\nvn 0 0 -1\nf 1//1 2//2 3//2\nf 1//1 3//1 4//2\nf 1//-1 3//-1 4//-1\n",
+                    "not used: normals that contradict the order of corners (2)"),
+    "beyond.obj": (SQUARE + "vn 0 0 1\nf 1//1 2//2 3//1\n", "not used: normals of corners that do not exist"),
+    "normals.ply": ("ply\nformat ascii 1.0\nelement vertex 3\n" + "".join(
+        f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+        + "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        + "0 0 0 0 0 -1\n1 0 0 0 0 -1\n0 1 0 0 0 -1\n3 0 1 2\n",
+                    "not used: normals that contradict the order of corners"),
+    "normals.stl": (struct.pack("<80xI12fH", 1, 0, 0, -1, *(0, 0, 0), *(1, 0, 0), *(0, 1, 0), 0),
+                    "not used: normals that contradict the order of corners"),
+    "words.stl": ("solid a\nfacet normal 0 0 -2\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+                  "endfacet\nendsolid\n", "not used: normals that contradict the order of corners"),
     "coloured.stl": (b"\0" * 80 + struct.pack("<I12fH", 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 31),
                      "not used: attributes of facets"),
     "longer.stl": (b"\0" * 80 + struct.pack("<I12fH", 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0) + b"\n",

@@ -27,6 +27,15 @@ def test_the_sky_of_opposed_squares_within_the_error():
     assert within.mean() >= 0.85
 
 
+def test_an_estimate_that_ends_the_search_has_honest_tails():
+    """At most 0.3 % beyond three standard errors: of many estimates, those that are too small ended the search."""
+    sides = Sides(scene_of((SQUARES, BLACK)))
+    rays = SkyRays(sides, Grid(sides.scene, 0.5), np.zeros(6000, dtype=int), mix(1, np.arange(6000)))
+    share, error = rays.shares(0, limit=1e-2, most=1 << 20)
+    assert (error == 1e-2).all()
+    assert np.mean(np.abs(share - (1 - c_11(1, 1))) > 3 * error) <= 3e-3
+
+
 def test_the_most_rays_end_the_search():
     rays = sky_rays(plates(), [0, 1], division=SkyDivision("tregenza"))
     share, error = rays.shares(0, limit=1e-9, most=64)

@@ -25,8 +25,10 @@ def test_a_plate_that_covers_a_part():
     for seed in range(3):
         factor, result = shares(plates(), 0, 1, limit=2e-3, seed=seed)
         assert not result.exact[0]
+        # That which ended the search may be too small: it counts as what was requested.
+        assert factor[0] * result.error[0] == pytest.approx(2e-3, rel=1e-12)
         assert factor[0] * result.error[0] <= 2e-3
-        assert result.share[0] == pytest.approx(truth, rel=0, abs=4 * result.error[0])
+        assert result.share[0] == pytest.approx(truth, rel=0, abs=3 * result.error[0])
         assert result.segments[0] > 100
 
 

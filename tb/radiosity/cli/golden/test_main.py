@@ -228,7 +228,7 @@ BAD = {
     "blocks over a file": ({"F.npz.blocks": ""}, (*ADAPTIVE, "furnace:6", "--error", "0.1"), "F.npz.blocks"),
     "resumed run with other options": ({"F.npz.blocks/run.json": '{"error": 0.1}'},
                                        (*ADAPTIVE, "furnace:1", "--error", "0.05", "--resume"),
-                                       "other values of block_rows, error"),
+                                       "other values of block_rows, "),
     "size of a city": ({}, ("formfactors", "city:0", "-o", "F.npz"), "Size must be 1 to 20"),
     "exchange without view factors": ({"t.csv": ""}, EXCHANGE, "F.npz: no such file"),
     "exchange by rays": ({"F.npz": {"origin": [0.0]}, "t.csv": ""}, EXCHANGE, "F.npz: it holds no view factors"),
