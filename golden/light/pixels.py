@@ -38,8 +38,8 @@ class PixelSums:
 
 
 class Pixels:
-    """Primary rays of whole pixels, so that their sums do not depend on the batch, and what they see. Which rays behind
-    mirrors and panes are enough for a frustum, and so how they are rounded, does.
+    """Primary rays of whole pixels, so that their sums do not depend on the batch, and what they see. Which shadow rays
+    are enough for a frustum, and so how they are rounded, does.
 
     Each round casts some pixels, in fields half as wide as those of the round before; with a regular caster, whose rays
     pass through the middles of the same fields, four times as often. Halves of a pixel's rays that alternate like the

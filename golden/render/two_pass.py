@@ -461,31 +461,25 @@ class _Shader:
         reflected = np.where(into[:, None], flat, reflected)
         refracted = ratio[:, None] * direction + (ratio * cosine - beyond)[:, None] * points.normal
         fields = None if field is None else field[kept]
-        branches = (("reflection", reflected, specular + transparent * mirrored[:, None], facet,
+        branches = (("reflection", reflected, specular + transparent * mirrored[:, None],
                      (np.abs(points.normal - facet) < FLAT).all(axis=1)),
-                    ("refraction", refracted, transparent * (1 - mirrored)[:, None], -facet, thin))
-        for branch, (kind, toward, share, normal, is_flat) in enumerate(branches):
+                    ("refraction", refracted, transparent * (1 - mirrored)[:, None], thin))
+        for branch, (kind, toward, share, is_flat) in enumerate(branches):
             carried = weight * share
             some = np.flatnonzero(carried.max(axis=1) > FAINT)
             rays = Rays(points.position[some], toward[some], self._scene.surface[points.patch[some]])
             hits = self._casters[kind].nearest(rays) if fields is None else self._beyond(
-                kind, rays, fields[some], normal[some], np.flatnonzero(is_flat[some]))
+                kind, rays, fields[some], np.flatnonzero(is_flat[some]))
             yield rays, hits, owner[some], carried[some], mix(key, 5 + branch), rank[some], None
 
-    def _beyond(self, kind, rays, field, normal, flat):
+    def _beyond(self, kind, rays, field, flat):
         """The hits of rays behind mirrors or panes, of which those numbered ``flat`` meet flat ones: some as frusta."""
-        cast, found = self._specular.nearest(_part(rays, flat), field[flat], normal[flat],
-                                             is_mirrored=kind == "reflection")
+        cast, found = self._specular.nearest(rays[flat], field[flat], is_mirrored=kind == "reflection")
         rows = np.concatenate([flat[cast], np.delete(np.arange(len(rays)), flat[cast])])
-        parts = self._casters[kind].count(found), self._casters[kind].nearest(_part(rays, rows[len(cast):]))
+        parts = self._casters[kind].count(found), self._casters[kind].nearest(rays[rows[len(cast):]])
         back = np.argsort(rows)
         return Hits(**{name: np.concatenate([getattr(part, name) for part in parts])[back]
                        for name in ("patch", "t", "u", "v", "tests", "steps")})
-
-
-def _part(rays, rows):
-    """Some of rays that go from surfaces."""
-    return Rays(rays.origin[rows], rays.direction[rows], rays.source[rows])
 
 
 @compiled

@@ -489,11 +489,16 @@ def test_tiles_of_a_section_are_rounded_up_to_a_power_of_two():
 
 
 @pytest.mark.sim
-def test_a_frustum_is_accepted_as_soon_as_documented():
-    """Where nothing is in flight, and the rows that it uses have been swept."""
-    documented = int(re.search(r"accepted ``(\d+)`` cycles after it is offered", IntersectionUnit.__doc__)[1])
-    few = {**SMALL, "icu.rays": 256}
-    bench = ScheduleBench(IntersectionUnit(config=config_of(few)), ["i_frustum"], [])
-    bench.run(Schedule(items={"i_frustum": [(few["icu.rays"] + 20, {
-        "section": {"end_column": 8, "end_row": 8}, "tiles_across": 2})]}))
-    assert bench.cycles["i_frustum"][0] - bench.trace.offered["i_frustum"][0] == documented
+@pytest.mark.parametrize(("rays", "timing"), [
+    (0, r"accepted ``(\d+)`` cycles after it is offered"),
+    (3, r"a shadow frustum ``(\d+)`` cycles after the last of its rays")])
+def test_a_frustum_is_accepted_as_soon_as_documented(rays, timing):
+    """Where nothing is in flight, and the rows that it uses have been swept; with ``rays`` it is a shadow frustum."""
+    few = {**SMALL, "icu.rays": 256, "icu.shadow_bits": 8}
+    bench = ScheduleBench(IntersectionUnit(config=config_of(few)), ["i_frustum", "i_ray"], [])
+    bench.run(Schedule(items={
+        "i_frustum": [(few["icu.rays"] + 20, {
+            "section": {"end_column": 8, "end_row": 8}, "tiles_across": 2, "is_shadow": int(rays > 0)})],
+        "i_ray": [(0, {"ray": ray, "end": 1, "is_ray": 1, "last": int(ray == rays - 1)}) for ray in range(rays)]}))
+    begins = bench.cycles["i_ray"][-1] if rays else bench.trace.offered["i_frustum"][0]
+    assert bench.cycles["i_frustum"] == [begins + int(re.search(timing, IntersectionUnit.__doc__)[1])]

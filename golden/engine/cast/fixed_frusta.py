@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections import defaultdict
-from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,6 +21,7 @@ from golden.engine.cast.shadow_frusta import LEAST, shadow_frusta
 from golden.engine.cast.shelling import Shelling
 from golden.engine.cast.specular_frusta import SpecularCaster
 from golden.engine.config import Config, Icu
+from golden.engine.ctu.sector import Sector
 from golden.engine.frustum import FrustumRecord, hemisphere_record, screen_record
 from golden.engine.frustum.shadow_record import ShadowRecord
 from golden.engine.scene.g_coordinates import GCoordinates
@@ -65,11 +66,16 @@ class FixedFrusta(ABC):
         self._samples: tuple[GCoordinates | None, list[FrustumRecord]] = None, []
         self._geometry = PatchGeometry.of(scene, CONFIG.numbers)
         self._cast = self._machine(self._geometry)
-        self._beyond: dict[bytes, Callable] = {}
+        self._picture: tuple[Screen, _Bundles] | None = None
 
-    @abstractmethod
     def _machine(self, geometry: PatchGeometry):
         """Function from records of the same rays to, for each of them, patch, tests and steps of each ray."""
+        some = self._some(geometry)
+        return lambda records: (some(record, np.arange(len(record))) for record in records)
+
+    @abstractmethod
+    def _some(self, geometry: PatchGeometry):
+        """Function from a frustum and numbers of its rays to patch, tests and steps of each of those."""
 
     def hemispheres(self, hemisphere: Hemisphere, points, frames, surfaces) -> FrustumHits:
         """Caster of the hemispheres at M points; a request for one ray casts its whole hemisphere.
@@ -132,35 +138,32 @@ class FixedFrusta(ABC):
         InputError
             There are more than `MOST_ACROSS` fields across or down, or more than `MOST_RAYS` in all.
         """
-        fields = Screen(camera=screen.camera, width=side * screen.width, height=side * screen.height)
-        coordinates, cast = self._for(np.array([screen.camera.eye]))
+        return self._fields(replace(screen, width=side * screen.width, height=side * screen.height)).hits
 
-        def record(_):
-            return screen_record(fields, coordinates)
-        self._sample(record, 1, coordinates)
-        return _Bundles(self._oracle, cast, record, count=1, together=1).hits
+    def _fields(self, screen):
+        """A screen that is cast on first use, and kept until another one is requested."""
+        if self._picture is None or self._picture[0] != screen:
+            coordinates, cast = self._for(np.array([screen.camera.eye]))
+
+            def record(_):
+                return screen_record(screen, coordinates)
+            self._sample(record, 1, coordinates)
+            self._picture = screen, _Bundles(self._oracle, cast, record, count=1, together=1)
+        return self._picture[1]
+
+    def patches(self, screen: Screen) -> np.ndarray:
+        """The patch that each ray of a screen meets, or -1; of the last screen they are known."""
+        return self._fields(screen).results(0)[0]
 
     def specular(self, screen: Screen, side: int) -> SpecularCaster:
         """Caster of the rays of a picture, through the middles of the pixels' fields, behind flat mirrors and panes."""
-        return SpecularCaster(self._oracle, Screen(
-            camera=screen.camera, width=side * screen.width, height=side * screen.height), self)
+        return SpecularCaster(self._oracle, replace(
+            screen, width=side * screen.width, height=side * screen.height), self)
 
     def beyond(self, patches: np.ndarray, screen: Screen, number: np.ndarray) -> tuple[np.ndarray, ...]:
         """The hits of some rays of a screen among some patches: patch among those, or -1, tests and steps, K int64."""
         geometry = self._geometry_for(np.array([screen.camera.eye]))
-        key = b"".join(part.tobytes() for part in (patches, geometry.coordinates.points([[0] * 3, [1] * 3])))
-        if key not in self._beyond:
-            self._beyond[key] = self._some(geometry[patches])
-        return self._beyond[key](screen_record(screen, geometry.coordinates), number)
-
-    def _some(self, geometry: PatchGeometry):
-        """Function from a frustum and numbers of its rays to patch, tests and steps of each of those."""
-        cast = self._machine(geometry)
-
-        def some(record, number):
-            ((patch, tests, steps),) = cast([record])
-            return patch[number], tests[number], steps[number]
-        return some
+        return self._some(geometry[patches])(screen_record(screen, geometry.coordinates), number)
 
     def shadows(self, rays: ShadowRays, *, least: int = LEAST) -> ShadowHits:
         """What is between points of lights and shaded points; see `shadow_frusta` for ``least``.
@@ -234,14 +237,14 @@ class ShellingFrusta(FixedFrusta):
     def _shadow_machine(self, geometry):
         return blocked_by_shelling(geometry, self._cell)
 
-    def _machine(self, geometry):
+    def _some(self, geometry):
         shelling = Shelling(geometry, CONFIG, cell=self._cell)
 
-        def cast(record: FrustumRecord):
+        def some(record, number):
             tests = np.zeros(len(record), dtype=np.int64)
-            hits, (counts,) = shelling.cast(record, ray_tests=tests)
-            return hits.patch, tests, shares(counts.cell_steps, len(record))
-        return lambda records: map(cast, records)
+            hits, (counts,) = shelling.cast(record, (Sector.around(number, record),), ray_tests=tests)
+            return hits.patch[number], tests[number], shares(counts.cell_steps, len(number))
+        return some
 
 
 class NaiveFixedFrusta(FixedFrusta):
@@ -251,13 +254,10 @@ class NaiveFixedFrusta(FixedFrusta):
         naive = NaiveFixed(geometry, CONFIG)
         return lambda records: [(naive.blocked(record), np.full(len(record), len(geometry)), 0) for record in records]
 
-    def _machine(self, geometry):
+    def _some(self, geometry):
         naive = NaiveFixed(geometry, CONFIG)
-
-        def cast(record: FrustumRecord):
-            count = len(record)
-            return naive.cast(record).patch, np.full(count, len(geometry)), np.zeros(count, dtype=np.int64)
-        return lambda records: map(cast, records)
+        return lambda record, number: (naive.cast(record, number).patch[number], np.full(len(number), len(geometry)),
+                                       np.zeros(len(number), dtype=np.int64))
 
 
 def shares(total: int, count: int) -> np.ndarray:
@@ -301,11 +301,11 @@ class _Bundles:
         values = np.empty((3, len(rays)), dtype=np.int64)
         for one in np.unique(frustum).tolist():
             rows = np.flatnonzero(frustum == one)
-            values[:, rows] = self._results(one)[:, number[rows]]
+            values[:, rows] = self.results(one)[:, number[rows]]
         patch, tests, steps = values
         return hits_of_patches(self._oracle, rays, patch, tests=tests, steps=steps)
 
-    def _results(self, one):
+    def results(self, one):
         """Patch, tests and steps of each ray of a frustum, which is cast with those that follow it."""
         if one not in self._held:
             numbers = range(one, min(one + self._together, self._count))

@@ -31,8 +31,8 @@ class NaiveFixed:
     def __init__(self, geometry: PatchGeometry, config: Config):
         self._geometry, self._config = geometry, config
 
-    def cast(self, record: FrustumRecord) -> FixedHits:
-        """The nearest hit of each ray.
+    def cast(self, record: FrustumRecord, rays: np.ndarray | None = None) -> FixedHits:
+        """The nearest hit of each ray; of some ``rays`` alone, by their numbers, if they are given.
 
         Raises
         ------
@@ -40,7 +40,8 @@ class NaiveFixed:
             The frustum has more rays than ``icu.rays``.
         """
         memory = RayMemory(len(record), self._config)
-        return read_out(memory, record, self._update(memory, record, np.arange(len(record))), self._config)
+        return read_out(memory, record, self._update(
+            memory, record, np.arange(len(record)) if rays is None else rays), self._config)
 
     def blocked(self, record: ShadowRecord) -> np.ndarray:
         """Whether anything is before the end of each ray of a shadow frustum: R bool.

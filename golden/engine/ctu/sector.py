@@ -24,6 +24,12 @@ class Sector:
         """All rays of a frustum."""
         return cls(0, record.columns, 0, record.rows)
 
+    @classmethod
+    def around(cls, rays: np.ndarray, record: FrustumRecord) -> "Sector":
+        """The smallest one with some rays of a frustum, by their numbers."""
+        row, column = np.divmod(rays, record.columns)
+        return cls(int(column.min()), int(column.max()) + 1, int(row.min()), int(row.max()) + 1)
+
     @property
     def rays(self) -> int:
         """Its number of rays."""

@@ -152,7 +152,8 @@ class MachineCaster(FixedFrusta):
     def _some(self, geometry):
         if self._simulated.config.ctu.subshells:
             # Each cluster casts its section of whole frusta.
-            return super()._some(geometry)
+            whole = self._machine(geometry)
+            return lambda record, number: np.stack(next(iter(whole([record]))))[:, number]
         cast = self._windows(geometry, kind="specular frusta")
 
         def some(record, number):

@@ -14,12 +14,14 @@ from golden.engine.cast.shelling import Shelling
 from golden.engine.frustum import hemisphere_record, screen_record
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.light.form_factors import PatchRows, hemisphere_sums
+from golden.render import two_pass
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
-from tb.golden.cast.mirrors import CAMERA, mirror_room
+from golden.scene.tessellate import sphere
+from tb.golden.cast.mirrors import CAMERA, MIRROR, mirror_room
 from tb.golden.light.cube import cube
 from tb.golden.light.scenes import rectangle, scene_of
 
@@ -245,17 +247,22 @@ def test_finer_rays_need_a_method_of_frusta():
 
 
 def test_mirrors_and_panes_show_what_single_rays_see(monkeypatch):
-    """But at borders of patches, which a frustum's rays may round to the other side of."""
+    """Beside a ball that is a mirror, and to and fro between two mirrors, in batches of any size; but at borders of
+    patches, which a frustum's rays may round to the other side of.
+    """
+    ball = sphere((0.1, -0.4, 0.6), 0.5, segments=8), MIRROR, {"smooth": True}
+    second = rectangle((-1.9, -3.9, 0.1), (3.8, 0.3, 0), (0, 0, 2.8)), MIRROR, {"two_sided": True}
     scene = mirror_room(Material(name="wall", diffuse=(0.5, 0.6, 0.7)),
-                        Material(name="mirror", specular=(0.9, 0.9, 0.9)),
-                        Material(name="pane", transparent=(0.8, 0.8, 0.8), thin=True),
-                        Material(name="glass", transparent=(0.8, 0.8, 0.8), refraction_index=1.5),
+                        boards=Material(name="glass", transparent=(0.8, 0.8, 0.8), refraction_index=1.5),
+                        more=(ball, second),
                         lights=(PointLight(position=(0.2, -1, 2.8), intensity=(9, 9, 9)),))
-    settings = RenderSettings(width=80, height=50, samples=4, rays=(16, 4), max_edge=2.0, method="naive-fixed")
-    frusta = NaiveFixedFrusta(scene)
-    made = render(scene, camera=CAMERA, settings=settings, frusta=frusta)
+    settings = RenderSettings(width=80, height=50, samples=4, rays=(16, 4), max_edge=4.0, depth=4, method="naive-fixed")
+    made = render(scene, camera=CAMERA, settings=settings, frusta=NaiveFixedFrusta(scene))
+    monkeypatch.setattr(two_pass, "SHADOW_BATCH", 1000)
+    parts = render(scene, camera=CAMERA, settings=settings, frusta=NaiveFixedFrusta(scene))
+    np.testing.assert_allclose(parts.image, made.image, rtol=1e-12)
     monkeypatch.delattr(FixedFrusta, "specular")
-    alone = render(scene, camera=CAMERA, settings=settings, frusta=frusta)
+    alone = render(scene, camera=CAMERA, settings=settings, frusta=NaiveFixedFrusta(scene))
     for kind in "reflection", "refraction":
         assert made.stats["rays"][kind]["rays"] == alone.stats["rays"][kind]["rays"] > 700
         # Brute force tests all patches of a screen with each ray.
