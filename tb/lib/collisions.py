@@ -15,7 +15,7 @@ def with_collisions(component) -> Fragment:
 
 
 class _Platform:
-    """What Amaranth asks for each memory."""
+    """The platform whose memories are these."""
 
     def get_memory(self, memory):
         """The memory, for `amaranth.lib.memory.Memory.elaborate`."""
