@@ -16,6 +16,7 @@ from amaranth.sim import Simulator
 
 from hw.lib.checks import checked
 from hw.lib.payload import mask_of, pack, unpack
+from tb.lib.collisions import with_collisions
 from tb.lib.ranges import ends
 from tb.lib.signature import payload_shape, port_flows, ports_of, stream_of, streams_of
 
@@ -197,7 +198,7 @@ def replay(component, table: Table) -> None:
                 return
 
     with checked():
-        simulator = Simulator(top)
+        simulator = Simulator(with_collisions(top))
     simulator.add_clock(1e-8)
     simulator.add_testbench(bench)
     simulator.run()

@@ -22,6 +22,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from hw.lib.payload import pack, unpack
+from tb.lib.collisions import with_collisions
 from tb.lib.ranges import integers
 from tb.lib.responder import Responder
 from tb.lib.seed import IS_DRAWN
@@ -91,7 +92,8 @@ def schedules(items: dict[str, st.SearchStrategy], sinks: Iterable[str], *, most
 
 
 class ScheduleBench:
-    """A component in Amaranth's own simulator, for one schedule after the other, each from reset.
+    """A component in Amaranth's own simulator, for one schedule after the other, each from reset; collisions of its
+    memories show (`with_collisions`).
 
     Parameters
     ----------
@@ -164,7 +166,7 @@ class ScheduleBench:
         """
         self._schedule, self._ports, self._responders = schedule, ports, responders
         if self._simulator is None:
-            self._simulator = Simulator(self._top)
+            self._simulator = Simulator(with_collisions(self._top))
             self._simulator.add_clock(1e-8)
             self._simulator.add_testbench(self._bench)
         else:
