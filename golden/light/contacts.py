@@ -28,9 +28,10 @@ _APART = ((np.stack(np.divmod(np.arange(PARTS**2), PARTS))[:, :, None]
 # A surface that a probe meets within this share of the probe's length of the rim of a patch ends where the patch does:
 # the nodes on the rim are beside it.
 RIM = 1 / 16
-# How far parts look towards nodes: what meets the node itself does not hide it. They look along the surface, and half a
-# part's step above it: what ends just short of the surface divides its light too.
-SHORT_OF_NODE, RAISED = 1 - 1e-3, 0.5
+# How far parts look towards nodes: what stands on one hides it, as it sees both sides; one on a rim is farther from
+# what stands there. They look along the surface, and half a part's step above it: what ends just short of the surface
+# divides its light too.
+PAST_NODE, RAISED = 1 + 1e-4, 0.5
 # Surfaces that a probe meets are borders of light if they are inclined to the surface, at least by this sine.
 STEEP = 0.3
 # Corners nearer than this share of the scene's size are one.
@@ -180,7 +181,7 @@ class Contacts:
         normal = points.side[point, None] * self._scene.normals[points.patch[point]]
         origin = bilinear(self._scene.vertices[points.patch], points.u, points.v)[point]
         corners = self._corners[points.position.nodes]
-        toward = SHORT_OF_NODE * (corners.reshape(-1, 3) - origin)
+        toward = PAST_NODE * (corners.reshape(-1, 3) - origin)
         step = np.linalg.norm(corners[:, [1, 2]] - corners[:, :1], axis=2).min(axis=1)[point] / PARTS
         seen = np.ones(len(point), dtype=bool)
         for lift in (LOW / PARTS * np.linalg.norm(toward, axis=1), RAISED * step):
