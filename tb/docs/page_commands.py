@@ -69,6 +69,8 @@ def commands_of(page: Path, text: str | None = None) -> list[Command]:
             assert last, f"{page.name}:{line}: no command before it prints {part['prints']!r}"
             last[-1].prints.append(part["prints"])
         else:
+            behind = text[part.end():].lstrip()
+            assert not behind.startswith(("```sh", "```console")), f"{page.name}:{line}: put it behind the block"
             for command in last:
                 command.not_run = part["why"]
     return found
