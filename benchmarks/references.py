@@ -1,4 +1,4 @@
-"""Pictures of 17 scenes beside stored ones of a path tracer.
+"""Pictures of 20 scenes beside stored ones of a path tracer.
 
 ``radiosity bench references`` renders each scene with default settings, but 16 primary rays a pixel, and compares the
 mean and the blocks of 16 x 16 pixels with the pictures in ``benchmarks/traced``, which ``--trace``
@@ -25,8 +25,9 @@ __all__ = ["Reference", "block_sums", "compare"]
 
 SCENES = reference_scenes.SCENES | ROOMS
 WIDTH, HEIGHT, BLOCK = 96, 64, 16
-# Paths of a pixel in one run of the path tracer, which bounds its memory, and runs.
-SAMPLES, RUNS = 64, 4
+# Paths of a pixel in one run of the path tracer, which bounds its memory, and least and most runs. More are added, in
+# pairs, until no block that counts has more noise than this.
+SAMPLES, RUNS, MOST_RUNS, NOISE = 256, 4, 64, 0.01
 # A block is left out if bodies of glass throw more than this share of its light: such light is not computed, and it is
 # the bias that a block may have.
 THROWN = 0.05
@@ -62,21 +63,24 @@ class Reference:
                        samples=int(file["samples"]))
 
     @classmethod
-    def traced(cls, name: str, *, runs: int) -> "Reference":
-        """Traced now, by an even number of runs."""
+    def traced(cls, name: str, *, most: int = MOST_RUNS) -> "Reference":
+        """Traced now, by at ``most`` so many runs, an even number."""
         from benchmarks.path_tracer import PathTracer
 
         scene = SCENES[name]
         tracer = PathTracer((scene.traced or scene.make)(), balls=scene.balls, origin=scene.origin, scale=scene.scale)
         halves, thrown = np.zeros((2, HEIGHT, WIDTH, 3)), np.zeros((HEIGHT, WIDTH, 3))
-        for run in range(runs):
+        for run in range(most):
             light, part = tracer.trace(width=WIDTH, height=HEIGHT, samples=SAMPLES, seed=run)
-            halves[run % 2] += light / runs
-            thrown += part / runs
-        image = halves.sum(axis=0)
-        whole = block_sums(image)
-        return cls(image=image, noise=(np.abs(block_sums(halves[0] - halves[1])) / whole).max(axis=2),
-                   thrown=(block_sums(thrown) / whole).max(axis=2), samples=runs * SAMPLES)
+            halves[run % 2] += light
+            thrown += part
+            image, runs = halves.sum(axis=0), run + 1
+            whole = block_sums(image)
+            noise = (np.abs(block_sums(halves[0] - halves[1])) / whole).max(axis=2)
+            share = (block_sums(thrown) / whole).max(axis=2)
+            if run % 2 and runs >= RUNS and noise[share <= THROWN].max() <= NOISE:
+                break
+        return cls(image=image / runs, noise=noise, thrown=share, samples=runs * SAMPLES)
 
     def store(self, name: str) -> None:
         """Write it into the tree."""
@@ -157,7 +161,7 @@ def main(scenes: tuple[str, ...], trace: bool, pictures: Path | None) -> None:
     rows = []
     for name in scenes:
         if trace:
-            Reference.traced(name, runs=RUNS).store(name)
+            Reference.traced(name).store(name)
         reference = Reference.stored(name)
         image = rendered(name)
         found = compare(image, reference)

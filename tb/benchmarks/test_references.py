@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.references import BLOCK, HEIGHT, SCENES, THROWN, WIDTH, Reference, compare, rendered
+from benchmarks.references import BLOCK, HEIGHT, NOISE, SCENES, THROWN, WIDTH, Reference, compare, rendered
 from golden.render.two_pass import RenderSettings, render
 
 QUICK = ("terrace, clear sky and sun",)
@@ -37,10 +37,10 @@ def test_a_block_lit_through_bodies_of_glass_does_not_count():
 
 @pytest.mark.parametrize("name", SCENES)
 def test_the_references_are_stored_with_little_noise(name):
-    """Under a hundredth in most blocks; a few blocks near a lamp or below a pane have more."""
+    """A quarter of what a block may differ by."""
     reference = Reference.stored(name)
     assert reference.image.shape == (HEIGHT, WIDTH, 3)
-    assert np.median(reference.noise) < 0.01
+    assert reference.noise[reference.thrown <= THROWN].max() <= NOISE
     assert reference.thrown.any() == bool(SCENES[name].balls)
 
 
@@ -50,7 +50,7 @@ def test_the_references_are_stored_with_little_noise(name):
 def test_pictures_are_those_of_the_path_tracer(name):
     found = compare(rendered(name), Reference.stored(name))
     assert np.abs(found.mean).max() < 0.01, found
-    assert abs(found.worst) < 0.05, found
+    assert abs(found.worst) < 0.04, found
 
 
 @pytest.mark.filterwarnings("ignore::golden.base.errors.InputWarning")
