@@ -10,7 +10,9 @@ from golden.cast.grid import Grid
 from golden.cast.screen import Screen
 from golden.engine.cast.fixed_frusta import NaiveFixedFrusta, ShellingFrusta
 from golden.engine.cast.specular_frusta import specular_planes
+from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
+from golden.scene.material import Material
 from tb.golden.cast.mirrors import CAMERA, MIRROR, PARTS, mirror_room, rays_behind
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
@@ -122,6 +124,24 @@ def test_mirrors_of_float32_are_one_plane(are_pairs):
     assert len(rows) > 0.99 * len(rays) > 5000
     assert same.mean() > 0.998
     np.testing.assert_allclose(hits.t[same], expected.t[rows][same], rtol=1e-6)
+
+
+def test_one_plane_reflects_and_passes():
+    scene = mirror_room(mirror=Material(name="half", specular=(0.5,) * 3, transparent=(0.4,) * 3, thin=True))
+    specular = NaiveFixedFrusta(scene).specular(screen_of(), 1)
+    for is_mirrored in True, False:
+        rays, field = rays_behind(scene, CAMERA, SIZE, is_mirrored=is_mirrored)
+        rows, hits = specular.nearest(rays, field, is_mirrored=is_mirrored)
+        assert len(rows) > 400
+        assert (hits.patch == Grid(scene, 0.25).nearest(rays).patch[rows]).mean() > 0.995
+
+
+def test_the_six_walls_of_a_cube_are_six_planes():
+    """All are as far from its middle."""
+    scene = scene_of((box((0, 0, 0), (1, 1, 1)), MIRROR, {"two_sided": True}))
+    planes = [*specular_planes(scene, np.array((0.3, 0.4, 0.6)), np.repeat(np.arange(6), 256))]
+    assert sorted(one.own.tolist() for one in planes) == [[0], [1], [2], [3], [4], [5]]
+    assert all((one.fields // 256 == one.own).all() for one in planes)
 
 
 def test_planes_that_are_near_each_other_are_two():
