@@ -8,6 +8,7 @@ from golden.light.tally import Tally
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from tb.golden.light.scenes import BLACK, rectangle, scene_of, solved
+from tb.golden.render.pictures import looking, picture
 
 GREY, SHADOW = 0.5, 0.13
 LIGHT = np.array([1.0, 1, 3])
@@ -55,6 +56,14 @@ def test_nodes_have_the_light_of_what_is_nearby_and_not_of_its_element():
         np.testing.assert_allclose(after[foot, 0], expected, rtol=0, atol=0.05 * whole.min())
     far = indirect.elements.lattice.position[:, 2] > 0.9
     np.testing.assert_array_equal(corrected.irradiance[far], indirect.irradiance[far])
+
+
+def test_pictures_have_the_light_of_what_is_near_nodes():
+    scene = shadowed_corner()
+    found = picture(scene, looking((1, 1, 0.5), (0, 1, 0.5)), max_edge=0.34).indirect
+    nodes = found.elements.lattice
+    foot = (nodes.normal[:, 0] > 0.5) & (nodes.position[:, 2] < 0.05) & (np.abs(nodes.position[:, 1] - 1) < 0.8)
+    assert (found.irradiance[foot] < 0.1 * solved(scene, 0.34).irradiance[foot]).all()
 
 
 def test_nodes_of_curved_surfaces_keep_their_light():

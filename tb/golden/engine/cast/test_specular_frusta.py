@@ -61,7 +61,9 @@ def test_some_rays_of_a_screen_have_its_hits(caster):
     for patches, eye in (most, CAMERA.eye), (most[2:], CAMERA.eye), (most, (30.0, 1.0, 2.0)), (most, (0.0, 40.0, 1.0)):
         screen = screen_of(replace(CAMERA, eye=eye), (30, 20))
         whole, _, _ = NaiveFixedFrusta(scene).beyond(patches, screen, np.arange(len(screen)))
-        np.testing.assert_array_equal(caster(scene).beyond(patches, screen, number)[0], whole[number])
+        found, tests, _ = caster(scene).beyond(patches, screen, number)
+        np.testing.assert_array_equal(found, whole[number])
+        assert (tests[found >= 0] > 0).all()
 
 
 @pytest.mark.parametrize("is_mirrored", [True, False])
@@ -142,6 +144,21 @@ def test_the_six_walls_of_a_cube_are_six_planes():
     planes = [*specular_planes(scene, np.array((0.3, 0.4, 0.6)), np.repeat(np.arange(6), 256))]
     assert sorted(one.own.tolist() for one in planes) == [[0], [1], [2], [3], [4], [5]]
     assert all((one.fields // 256 == one.own).all() for one in planes)
+
+
+def test_a_mirror_with_nothing_beyond_shows_nothing():
+    scene = scene_of((PARTS["mirror"], MIRROR))
+    rays, field = rays_behind(scene, CAMERA, SIZE, is_mirrored=True)
+    rows, hits = ShellingFrusta(scene).specular(screen_of(), 1).nearest(rays, field, is_mirrored=True)
+    assert len(rows) == len(rays) > 256
+    assert (hits.patch == -1).all()
+
+
+def test_a_second_screen_has_patches_of_its_own():
+    frusta, scene = NaiveFixedFrusta(mirror_room()), mirror_room()
+    for eye in CAMERA.eye, (-0.5, -2.0, 1.0), CAMERA.eye:
+        screen = screen_of(replace(CAMERA, eye=eye))
+        assert (frusta.patches(screen) == Grid(scene, 0.25).nearest(screen.rays()).patch).mean() > 0.995
 
 
 def test_planes_that_are_near_each_other_are_two():
