@@ -1,9 +1,10 @@
 """Nodes beside a surface that is half in shadow."""
 
 import numpy as np
+import pytest
 
 from golden.cast.grid import Grid
-from golden.light.final_gather import FinalGather
+from golden.light.final_gather import CHANGED, FinalGather
 from golden.light.tally import Tally
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
@@ -59,11 +60,14 @@ def test_nodes_have_the_light_of_what_is_nearby_and_not_of_its_element():
 
 
 def test_pictures_have_the_light_of_what_is_near_nodes():
+    """At the wall's foot, and a whole element above the floor but for what is not worth a correction."""
     scene = shadowed_corner()
-    found = picture(scene, looking((1, 1, 0.5), (0, 1, 0.5)), max_edge=0.34).indirect
+    found = picture(scene, looking((1, 1, 0.5), (0, 1, 0.5)), max_edge=0.34, rays=(64, 16)).indirect
     nodes = found.elements.lattice
-    foot = (nodes.normal[:, 0] > 0.5) & (nodes.position[:, 2] < 0.05) & (np.abs(nodes.position[:, 1] - 1) < 0.8)
+    wall = (nodes.normal[:, 0] > 0.5) & (np.abs(nodes.position[:, 1] - 1) < 0.8)
+    foot, above = (wall & (np.abs(nodes.position[:, 2] - height) < 0.05) for height in (0, 1 / 3))
     assert (found.irradiance[foot] < 0.1 * solved(scene, 0.34).irradiance[foot]).all()
+    assert found.irradiance[above, 0].mean() == pytest.approx(from_floor(nodes.position[above]).mean(), rel=CHANGED)
 
 
 def test_nodes_of_curved_surfaces_keep_their_light():
