@@ -324,6 +324,8 @@ def read_ply(path: Path) -> Mesh:
         raise InputError(f"{where}: it has no faces")
     if not vertex.has_numbers(("x", "y", "z")):
         raise InputError(f"{where}: its vertices have no x, y, z")
+    if not vertex.count:
+        raise InputError(f"{where}: it has no vertices")
     points = np.stack([vertex.columns[name] for name in "xyz"], axis=1).astype(np.float64)
     colours = _colours(face, unused) if face.count == len(counts) else None
     at_vertices = colours is None and vertex.has_numbers(COLOURS)

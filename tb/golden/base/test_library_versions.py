@@ -29,3 +29,9 @@ def test_what_computes_is_named():
 def test_each_has_its_version():
     assert library_versions("embree") == {name: version(name) for name in library_versions("embree")}
     assert "embreex" not in library_versions("grid")
+
+
+def test_a_compiler_that_is_not_active_has_no_version(monkeypatch):
+    monkeypatch.setattr("golden.base.library_versions.is_compiler_active", lambda: False)
+    found = library_versions.__wrapped__()
+    assert {name for name, value in found.items() if value == "none"} == {"numba", "llvmlite"}

@@ -1,23 +1,29 @@
 """Nodes beside a surface that is half in shadow."""
 
 import numpy as np
+import pytest
 
 from golden.cast.grid import Grid
-from golden.light.final_gather import FinalGather
+from golden.light.final_gather import CHANGED, FinalGather
 from golden.light.tally import Tally
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from tb.golden.light.scenes import BLACK, rectangle, scene_of, solved
+from tb.golden.render.pictures import looking, picture
 
 GREY, SHADOW = 0.5, 0.13
 LIGHT = np.array([1.0, 1, 3])
 
 
-def shadowed_corner():
-    """A floor and a black wall on its rim x = 0; a black screen halfway to the lamp shades the floor up to `SHADOW`."""
+def shadowed_corner(*, is_curved=False):
+    """A floor and a black wall on its rim x = 0; a black screen halfway to the lamp shades the floor up to `SHADOW`.
+
+    A curved wall goes on with a bend.
+    """
+    wall = [rectangle((0, 0, 0), (0, 2, 0), (0, 0, 1)), rectangle((0, 0, 1), (0, 2, 0), (-0.1, 0, 0.2))]
     edge = (LIGHT[0] + SHADOW) / 2
     return scene_of((rectangle((0, 0, 0), (2, 0, 0), (0, 2, 0))[None], Material(name="grey", diffuse=(GREY,) * 3)),
-                    (rectangle((0, 0, 0), (0, 2, 0), (0, 0, 1))[None], BLACK),
+                    (wall[:1 + is_curved], BLACK, {"smooth": is_curved}),
                     (rectangle((edge - 3, -2, 1.5), (3, 0, 0), (0, 6, 0))[None], BLACK),
                     lights=(PointLight(position=tuple(LIGHT), intensity=(np.pi,) * 3),))
 
@@ -39,13 +45,34 @@ def from_floor(points, count=1000):
 def test_nodes_have_the_light_of_what_is_nearby_and_not_of_its_element():
     scene = shadowed_corner()
     caster, tally, indirect = Grid(scene), Tally(), solved(scene, 0.34)
-    nodes = indirect.elements.lattice
-    foot = np.flatnonzero((nodes.normal[:, 0] > 0.5) & (nodes.position[:, 2] < 0.05)
-                          & (np.abs(nodes.position[:, 1] - 1) < 0.8))
-    expected = from_floor(nodes.position[foot])
-    whole = indirect.irradiance[foot, 0]
-    assert (expected < 0.1 * whole).all()
     corrected = FinalGather(scene, indirect, caster, tally, 1024, reach=2.0).corrected(0)
-    np.testing.assert_allclose(corrected.irradiance[foot, 0], expected, rtol=0, atol=0.05 * whole.min())
-    far = nodes.position[:, 2] > 0.9
+    for nodes, before, after in ((indirect.elements.lattice, indirect.irradiance, corrected.irradiance),
+                                 (indirect.refined, indirect.refined_irradiance, corrected.refined_irradiance)):
+        foot = np.flatnonzero((nodes.normal[:, 0] > 0.5) & (nodes.position[:, 2] < 0.05)
+                              & (np.abs(nodes.position[:, 1] - 1) < 0.8))
+        expected = from_floor(nodes.position[foot])
+        whole = before[foot, 0]
+        assert len(foot)
+        assert (expected < 0.1 * whole).all()
+        np.testing.assert_allclose(after[foot, 0], expected, rtol=0, atol=0.05 * whole.min())
+    far = indirect.elements.lattice.position[:, 2] > 0.9
     np.testing.assert_array_equal(corrected.irradiance[far], indirect.irradiance[far])
+
+
+def test_pictures_have_the_light_of_what_is_near_nodes():
+    """At the wall's foot, and a whole element above the floor but for what is not worth a correction."""
+    scene = shadowed_corner()
+    found = picture(scene, looking((1, 1, 0.5), (0, 1, 0.5)), max_edge=0.34, rays=(64, 16)).indirect
+    nodes = found.elements.lattice
+    wall = (nodes.normal[:, 0] > 0.5) & (np.abs(nodes.position[:, 1] - 1) < 0.8)
+    foot, above = (wall & (np.abs(nodes.position[:, 2] - height) < 0.05) for height in (0, 1 / 3))
+    assert (found.irradiance[foot] < 0.1 * solved(scene, 0.34).irradiance[foot]).all()
+    assert found.irradiance[above, 0].mean() == pytest.approx(from_floor(nodes.position[above]).mean(), rel=CHANGED)
+
+
+def test_nodes_of_curved_surfaces_keep_their_light():
+    """Nothing but the wall looks at what the screen shades, and the wall is curved."""
+    scene = shadowed_corner(is_curved=True)
+    indirect = solved(scene, 0.34)
+    corrected = FinalGather(scene, indirect, Grid(scene), Tally(), 1024, reach=2.0).corrected(0)
+    np.testing.assert_array_equal(corrected.irradiance, indirect.irradiance)

@@ -153,6 +153,13 @@ def test_nodes_inside_a_body_are_filled_from_outside(block_under_sky):
     assert on_floor(block_under_sky, [0.0, 0.1], [0.0, 0.1]).min() > 0.3 * min(SKY)
 
 
+def test_changes_inside_a_body_are_not_seen(block_under_sky):
+    change = np.repeat(block_under_sky.buried[:, None], 3, axis=1).astype(float)
+    changed = block_under_sky.changed(change, np.zeros_like(block_under_sky.refined_irradiance))
+    assert change.any()
+    np.testing.assert_array_equal(changed.irradiance, block_under_sky.irradiance)
+
+
 def test_refinement_is_taken_where_light_changes_and_makes_it_better(monkeypatch):
     """Below a block that touches nothing."""
     block = box((-0.23, -0.21, 0.1), (0.19, 0.17, 0.4))
@@ -176,6 +183,13 @@ def test_nodes_without_a_value_take_the_mean_of_known_neighbours_in_waves():
     assert filled.ravel().tolist() == [6, 6, 4, 2, 2]
     lost = indirect._fill(line, values, np.ones(5, dtype=bool))
     assert not lost.any(), "nothing is known: nothing is lit"
+
+
+def test_pieces_are_uneven_by_a_share_of_the_mean_of_all():
+    """Two points each: in even light, in little that differs, and in much; the mean of all is 1.2."""
+    arriving = np.repeat([[3.0], [3], [0], [0.2], [0], [1]], 3, axis=1)
+    means = sparse.csr_array(np.kron(np.eye(3), [[0.5, 0.5]]))
+    assert indirect._uneven(means, arriving, means @ arriving).tolist() == [False, False, True]
 
 
 def test_colours_do_not_mix():

@@ -180,6 +180,10 @@ BAD = {
         "a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
         "property list uchar float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
         "0 0 1 0\n3 0 0 0\n", ": its vertices have no x, y, z"),
+    "PLY without vertices": (
+        "a.ply", "ply\nformat ascii 1.0\nelement vertex 0\n" + "".join(
+            f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+        + "element face 1\nproperty list uchar int vertex_indices\nend_header\n3 0 1 2\n", ": it has no vertices"),
     "PLY with a property twice": ("a.ply", ply(ELL, [tuple(range(6))]).replace(b"float y", b"float x"),
                                   ":6: 'property float x' is not a PLY header line"),
     "PLY with a long list": ("a.ply", ply(ELL, [tuple(range(6))]).replace(b"\n6 0 1", b"\n4000000000 0 1"),

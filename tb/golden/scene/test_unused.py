@@ -225,6 +225,18 @@ def test_nothing_is_named_where_all_is_used(tmp_path, name):
         assert len(load_scene(write(tmp_path, name, FORMATS[name](BOX, BOX_QUADS)))) == 6
 
 
+@pytest.mark.parametrize("library", ["d 0.5\nNi 1.5\nillum 4", "Ks 0.1 0.1 0.1\nNs 1000"])
+def test_borders_of_what_is_used_are_named_by_nothing(tmp_path, library):
+    """Refraction begins with illumination model 4, and the sharpest highlight is a mirror's; normals count from both
+    ends.
+    """
+    write(tmp_path, "a.mtl", f"newmtl a\n{library}\n")
+    path = write(tmp_path, "a.obj", "mtllib a.mtl\nusemtl a\n" + SQUARE + "vn 0 0 1\nf 1//-1 2//1 3//1 4//1\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", InputWarning)
+        assert len(load_scene(path)) == 1
+
+
 def test_a_face_without_area_leaves_the_others_as_they_are(tmp_path):
     path = write(tmp_path, "a.obj", SQUARE + "f 1 2 2\nf 1 2 3 4\n")
     with pytest.warns(InputWarning):

@@ -10,7 +10,9 @@ from golden.cast.grid import Grid
 from golden.cast.screen import Screen
 from golden.engine.cast.fixed_frusta import NaiveFixedFrusta, ShellingFrusta
 from golden.engine.cast.specular_frusta import specular_planes
+from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
+from golden.scene.material import Material
 from tb.golden.cast.mirrors import CAMERA, MIRROR, PARTS, mirror_room, rays_behind
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
@@ -59,7 +61,9 @@ def test_some_rays_of_a_screen_have_its_hits(caster):
     for patches, eye in (most, CAMERA.eye), (most[2:], CAMERA.eye), (most, (30.0, 1.0, 2.0)), (most, (0.0, 40.0, 1.0)):
         screen = screen_of(replace(CAMERA, eye=eye), (30, 20))
         whole, _, _ = NaiveFixedFrusta(scene).beyond(patches, screen, np.arange(len(screen)))
-        np.testing.assert_array_equal(caster(scene).beyond(patches, screen, number)[0], whole[number])
+        found, tests, _ = caster(scene).beyond(patches, screen, number)
+        np.testing.assert_array_equal(found, whole[number])
+        assert (tests[found >= 0] > 0).all()
 
 
 @pytest.mark.parametrize("is_mirrored", [True, False])
@@ -122,6 +126,39 @@ def test_mirrors_of_float32_are_one_plane(are_pairs):
     assert len(rows) > 0.99 * len(rays) > 5000
     assert same.mean() > 0.998
     np.testing.assert_allclose(hits.t[same], expected.t[rows][same], rtol=1e-6)
+
+
+def test_one_plane_reflects_and_passes():
+    scene = mirror_room(mirror=Material(name="half", specular=(0.5,) * 3, transparent=(0.4,) * 3, thin=True))
+    specular = NaiveFixedFrusta(scene).specular(screen_of(), 1)
+    for is_mirrored in True, False:
+        rays, field = rays_behind(scene, CAMERA, SIZE, is_mirrored=is_mirrored)
+        rows, hits = specular.nearest(rays, field, is_mirrored=is_mirrored)
+        assert len(rows) > 400
+        assert (hits.patch == Grid(scene, 0.25).nearest(rays).patch[rows]).mean() > 0.995
+
+
+def test_the_six_walls_of_a_cube_are_six_planes():
+    """All are as far from its middle."""
+    scene = scene_of((box((0, 0, 0), (1, 1, 1)), MIRROR, {"two_sided": True}))
+    planes = [*specular_planes(scene, np.array((0.3, 0.4, 0.6)), np.repeat(np.arange(6), 256))]
+    assert sorted(one.own.tolist() for one in planes) == [[0], [1], [2], [3], [4], [5]]
+    assert all((one.fields // 256 == one.own).all() for one in planes)
+
+
+def test_a_mirror_with_nothing_beyond_shows_nothing():
+    scene = scene_of((PARTS["mirror"], MIRROR))
+    rays, field = rays_behind(scene, CAMERA, SIZE, is_mirrored=True)
+    rows, hits = ShellingFrusta(scene).specular(screen_of(), 1).nearest(rays, field, is_mirrored=True)
+    assert len(rows) == len(rays) > 256
+    assert (hits.patch == -1).all()
+
+
+def test_a_second_screen_has_patches_of_its_own():
+    frusta, scene = NaiveFixedFrusta(mirror_room()), mirror_room()
+    for eye in CAMERA.eye, (-0.5, -2.0, 1.0), CAMERA.eye:
+        screen = screen_of(replace(CAMERA, eye=eye))
+        assert (frusta.patches(screen) == Grid(scene, 0.25).nearest(screen.rays()).patch).mean() > 0.995
 
 
 def test_planes_that_are_near_each_other_are_two():

@@ -45,6 +45,13 @@ def test_a_smaller_error_takes_more_rays():
     assert 2 * fine.error.max() == 3e-4 < 2 * coarse.error.max() <= 1e-2
 
 
+def test_what_no_ray_meets_has_the_bound_of_all_rays():
+    """Half of Wilson's interval, though the search for the lid's error ends at the requested one."""
+    found = factors(scene_of(LID), (0.1, 0.2, 0), (0, 0, 1))
+    assert 2 * found.error[0, 0] == 2e-3
+    assert found.error[0, 2] == pytest.approx(2 / (4 * 4096 + 4))
+
+
 def test_backs_and_sides_are_targets_of_their_own():
     """Above a two-sided plate its back is a surface; beyond the plane of a one-sided lid its back is black."""
     scene = scene_of(LID, ([rectangle((5, 0, 0), (1, 0, 0), (0, 1, 0))], Material(name="plate"), {"two_sided": True}))

@@ -57,6 +57,15 @@ def test_rays_of_before_count():
     assert error[0] == pytest.approx(2 / 68)
 
 
+def test_the_error_of_a_patch_of_the_sky_is_not_that_of_the_whole():
+    """All rays leave, half of them through one patch: more are cast, with the bound of rays that all agree."""
+    rays = sky_rays(scene_of((SQUARES[:1], BLACK)), [0], division=SkyDivision("tregenza"))
+    rays.add(np.zeros(64, dtype=int), np.arange(64), np.tile([(0.0, 0, 1), (1, 0, 0.5)], (32, 1)))
+    _, error = rays.shares(64, limit=0.04, most=4096)
+    assert 64 < rays.rays[0] < 4096
+    assert error == pytest.approx(2 / (rays.rays + 4))
+
+
 def test_a_side_that_sees_no_sky_has_the_bound_of_its_rays():
     wide = scene_of(([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)),
                       rectangle((-1e4, -1e4, 1e-3), (0, 2e4, 0), (2e4, 0, 0))], BLACK))

@@ -49,7 +49,8 @@ def test_segments_that_agree_have_wilsons_error():
     factor, result = shares(scene, 0, 1, limit=1e-3)
     assert result.share[0] == 0
     assert not result.exact[0]
-    assert 0 < factor[0] * result.error[0] <= 1e-3
+    # Nothing scatters: no estimate that is too small by chance ended the search, so the error is not the limit.
+    assert 0 < factor[0] * result.error[0] < 0.99e-3
     # The error of n equal segments is 2 / (n + 4), and 95 of 100 are surely alike only if the other share is below
     # twice that.
     assert result.segments[0] >= 2 * factor[0] / 1e-3 - 4

@@ -44,9 +44,13 @@ def test_symmetric_lights_are_completed_with_any_lamps_and_factors_in_every_dial
     completes()
 
 
-@pytest.mark.parametrize(("size", "opening"), [((1200, 600), (0.6, 1.2)), ((300, 0), (0.3, 0.3)), ((0, 0), (0, 0))])
-def test_the_opening_is_in_metres_with_its_length_along_c90(size, opening):
-    assert read_eulumdat(eulumdat(size=size).encode()).opening == pytest.approx(opening)
+@pytest.mark.parametrize(("size", "opening", "is_round"), [
+    ((1200, 600), (0.6, 1.2), False), ((600, 600), (0.6, 0.6), False), ((300, 0), (0.3, 0.3), True),
+    ((0, 0), (0, 0), True)])
+def test_the_opening_is_in_metres_with_its_length_along_c90_and_round_without_a_width(size, opening, is_round):
+    found = read_eulumdat(eulumdat(size=size).encode())
+    assert found.opening == pytest.approx(opening)
+    assert found.is_round == is_round
 
 
 @pytest.mark.filterwarnings("ignore:not used. sets of lamps beside the first")

@@ -74,7 +74,8 @@ OLD, SINCE_2002 = ("IESNA91", "IESNA:LM-63-1995"), ("IESNA:LM-63-2002", "IES:LM-
     (SINCE_2002, (-3, -3, 0), (3, 3), True), (SINCE_2002, (-3, -4, 0), (4, 3), True),
     (SINCE_2002, (-3, -3, 2), (3, 3), True), (SINCE_2002, (-3, -4, -3), (4, 3), True),
     (SINCE_2002, (-3, 4, -3), (4, 3), False), (SINCE_2002, (3, -4, -4), (4, 3), False),
-    (SINCE_2002, (-3, 0, -3), (0, 3), False), (SINCE_2002, (-3, 0, 0), (3, 3), True)])
+    (SINCE_2002, (-3, 0, -3), (0, 3), False), (SINCE_2002, (-3, 0, 0), (3, 3), True),
+    (SINCE_2002, (0, 4, -3), (4, 0), False)])
 def test_negative_sizes_mean_the_shapes_of_their_edition(editions, size, opening, is_round):
     """The level outline of each shape: ellipses for what is round seen from below, rectangles for what lies."""
     for edition in editions:
