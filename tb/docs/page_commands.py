@@ -110,7 +110,7 @@ def missing_rows(quoted: list[list[str]], printed: str) -> list[list[str]]:
 
 def _rows(table):
     rows = [[cell.strip(" `") for cell in line.strip().strip("|").split("|")] for line in table.splitlines()]
-    return [row for row in rows if any(re.match(r"-?\d", cell) for cell in row)]
+    return [row for row in rows if any(re.match(r"\**-?\d", cell) for cell in row)]
 
 
 def _has(candidate, row):
