@@ -63,14 +63,14 @@ class Reference:
                        samples=int(file["samples"]))
 
     @classmethod
-    def traced(cls, name: str, *, most: int = MOST_RUNS) -> "Reference":
-        """Traced now, by at ``most`` so many runs, an even number."""
+    def traced(cls, name: str) -> "Reference":
+        """Traced now."""
         from benchmarks.path_tracer import PathTracer
 
         scene = SCENES[name]
         tracer = PathTracer((scene.traced or scene.make)(), balls=scene.balls, origin=scene.origin, scale=scene.scale)
         halves, thrown = np.zeros((2, HEIGHT, WIDTH, 3)), np.zeros((HEIGHT, WIDTH, 3))
-        for run in range(most):
+        for run in range(MOST_RUNS):
             light, part = tracer.trace(width=WIDTH, height=HEIGHT, samples=SAMPLES, seed=run)
             halves[run % 2] += light
             thrown += part

@@ -75,7 +75,7 @@ class FinalGather:
         size = max(1, self._block // self._samples)
         for start in range(0, len(touched), size):
             rows = touched[start:start + size]
-            result[rows] = self._gathered(points[rows], keys[rows], rank[rows])
+            result[rows] = self._gathered(points[rows], keys[rows], rank[rows], self._samples)
         return result
 
     def corrected(self, seed: int) -> IndirectLight:
@@ -86,28 +86,33 @@ class FinalGather:
         """
         curved = np.unique(self._scene.surface[self._scene.is_curved])
         changes = []
-        for use, nodes in enumerate((self._indirect.elements.lattice, self._indirect.refined)):
-            irradiance = (self._indirect.irradiance, self._indirect.refined_irradiance)[use].mean(axis=1)
+        indirect = self._indirect
+        for use, (nodes, irradiance) in enumerate(((indirect.elements.lattice, indirect.irradiance),
+                                                   (indirect.refined, indirect.refined_irradiance))):
             flat = np.flatnonzero(~np.isin(nodes.source, curved))
-            probed = self.correction(nodes.points[flat], mix(seed, 9, use, flat), PROBES, only_uneven=True).mean(axis=1)
-            some = flat[np.abs(probed) > CHANGED * irradiance[flat]]
+            probed = self._changes(nodes.points[flat], mix(seed, 9, use, flat), PROBES, indirect.uneven)
+            some = flat[np.abs(probed.mean(axis=1)) > CHANGED * irradiance[flat].mean(axis=1)]
             change = np.zeros((len(nodes), 3))
-            change[some] = self.correction(nodes.points[some], mix(seed, 10, use, some), only_uneven=True)
+            change[some] = self._changes(nodes.points[some], mix(seed, 10, use, some), self._samples, indirect.uneven)
             changes.append(change)
         return self._indirect.changed(*changes)
 
-    def correction(self, points: SurfacePoints, keys: np.ndarray, samples: int | None = None, *,
-                   only_uneven: bool = False) -> np.ndarray:
+    def correction(self, points: SurfacePoints, keys: np.ndarray) -> np.ndarray:
         """What to add to irradiance over pi from elements alone, M x 3, as light changes within those nearby."""
+        return self._changes(points, keys, self._samples, np.ones(len(self._indirect.pieces), dtype=bool))
+
+    def _changes(self, points, keys, samples, changing):
+        """That of pieces that are ``changing``, P bool, by so many rays of a point."""
         result, rank = np.zeros((len(points), 3)), np.zeros(len(points), dtype=np.int64)
-        size = max(1, BLOCK // self._samples)
+        size = max(1, BLOCK // samples)
         for start in range(0, len(points), size):
             rows = slice(start, start + size)
-            result[rows] = self._gathered(points[rows], keys[rows], rank[rows], samples, True, only_uneven)
+            result[rows] = self._gathered(points[rows], keys[rows], rank[rows], samples, changing)
         return result
 
-    def _gathered(self, points, keys, rank, samples=None, only_change=False, only_uneven=False):
-        count, samples = len(points), samples or self._samples
+    def _gathered(self, points, keys, rank, samples, changing=None):
+        """The light of all that rays meet, or its change within pieces that are ``changing`` alone."""
+        count = len(points)
         places = sobol(keys, samples, rank).reshape(-1, 2)
         direction = np.empty((len(places), 3))
         _spread(places, frame(points.normal), samples, direction)
@@ -125,22 +130,22 @@ class FinalGather:
             def see_sky(owner, weight, direction, see=see):
                 see(owner, weight, self._scene.background_along(direction))
 
-            outside = (_ignore, _ignore) if only_change else (see_sky, see)
+            outside = (see_sky, see) if changing is None else (_ignore, _ignore)
             for end, part, along, met in ray_ends(owner, weight, rays, hits, clear, *outside):
                 piece = self._indirect.pieces.seen(along, met)
-                radiance = self._change(piece, met, keys[end], rank[end] * samples + self._numbers(end), only_uneven)
-                if not only_change:
+                radiance = self._change(piece, met, keys[end], rank[end] * samples + self._numbers(end), changing)
+                if changing is None:
                     radiance += np.where(piece[:, None] >= 0, self._indirect.display[piece], 0.0)
                 see(end, part, radiance)
             found.append(light / (weight[0] * samples))
         return joined(rows.groups, found)
 
-    def _change(self, piece, hits, keys, rank, only_uneven):
+    def _change(self, piece, hits, keys, rank, changing):
         """By how much the radiance of what rays hit nearby, K x 3, differs from that of its piece."""
         elements, indirect = self._indirect.elements, self._indirect
         element = np.where(piece >= 0, indirect.pieces.element[piece], -1)
         near = np.flatnonzero((element >= 0) & (hits.t < self._reach[element]))
-        near = near[indirect.uneven[piece[near]]] if only_uneven else near
+        near = near if changing is None else near[changing[piece[near]]]
         own, patch, u, v = element[near], hits.patch[near], hits.u[near], hits.v[near]
         points = SurfacePoints(bilinear(self._scene.vertices[patch], u, v), elements.normal[own], patch)
         arriving = self._light.irradiance(points, mix(keys[near], 8), rank[near])

@@ -25,7 +25,7 @@ def area_vectors(points: np.ndarray, counts: np.ndarray, corners: np.ndarray) ->
 
 
 def contradicted(points: np.ndarray, counts: np.ndarray, corners: np.ndarray, normals: np.ndarray) -> int:
-    """How many faces have normals at their corners whose sum points away from the front that the corners' order gives.
+    """The number of faces whose stated normals are, in sum, opposite to the normal by the order of the corners.
 
     The order counts. Faces at vertices that do not exist are in no mesh (`golden.scene.mesh.check_mesh`).
 
