@@ -378,6 +378,7 @@ def test_rows_are_compared_as_far_as_they_are_quoted():
     assert not missing_rows(rows, "| man | 4 | 0.3541 |\n| lobby | 1227 | 2 |\n")
     assert missing_rows(rows, "| man | 4 | 0.36 |\n| lobby | 1227 | 2 |\n") == [["man", "0.35"]]
     assert missing_rows(rows, "| lobby | 0.35 |\n| man | 1227 |\n") == rows
+    assert not missing_rows([["man", "**1.4 (2)**"]], "| man | **1.4 (2)** |\n")
 
 
 def test_figures_of_prints_stand_on_their_page():
@@ -400,6 +401,8 @@ def test_what_a_command_prints_belongs_to_the_last_one():
     first, second = commands_of(ROOT / "x.md", "`make a` and `make b`<!-- prints: 3 rays --><!-- not run: slow -->")
     assert (first.prints, first.not_run) == ([], None)
     assert (second.prints, second.not_run) == (["3 rays"], "slow")
+    with pytest.raises(AssertionError, match="put it behind the block"):
+        commands_of(ROOT / "x.md", "`make a`\n\n<!-- not run: slow -->\n\n```sh\nmake b\n```\n")
 
 
 @pytest.mark.parametrize(("words", "complete"), [
