@@ -18,7 +18,8 @@ class BlockMemory(wiring.Component):
     """An AXI4 subordinate with the bytes of block RAM from address 0 on.
 
     Bursts are answered one after the other, reads beside writes. Beats beyond the end are answered with DECERR: they
-    read as 0, and writes are lost. A read of a beat in the cycle of its write is undefined.
+    read as 0, and writes are lost. A read of a beat in the cycle of its write is undefined; AXI orders no read with a
+    write that is not answered yet, and the engine reads nothing that it writes.
 
     Parameters
     ----------

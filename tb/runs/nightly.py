@@ -28,21 +28,30 @@ def commit_of(folder: Path) -> str:
 def inputs_of(folder: Path, given: Iterable[Shard]) -> dict[str, str]:
     """By shard, a digest of all files of a commit that it may depend on; empty if files differ from the commit.
 
-    These are all but the ledger, the changelog, and modules of tests in other folders, which nothing imports. So a
-    shard that is green stays so where others alone are mended, and for the commit that records it.
+    These are all but the ledger, the changelog, what other folders alone read: their modules of tests, which nothing
+    imports, and pages that no module of the shard's folder names. So a shard that is green stays so where others or
+    pages alone are mended, and for the commit that records it.
     """
     if commit_of(folder).endswith("+"):
         return {shard.name: "" for shard in given}
     files = {Path(line.split("\t")[1]): line for line in _git(folder, "ls-tree", "-r", "HEAD").splitlines()}
     for path in (LEDGER, "CHANGELOG.md"):
         files.pop(Path(path), None)
-    tests = {path: path.parts[1] for path in files if path.parts[0] == "tb" and path.name.startswith("test_")}
 
     def digest(room):
-        lines = [line for path, line in files.items() if room in {*READERS, tests.get(path, room)}]
-        return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
+        text = "".join(path.read_text() for path in (folder / "tb" / room).rglob("*.py"))
+        foreign = () if room in READERS else {
+            path for path in files if (path.name.startswith("test_") and path.parts[1] != room)
+            or (_is_page(path) and path.name not in text)}
+        return hashlib.sha256("\n".join(line for path, line in files.items() if path not in foreign).encode()
+                              ).hexdigest()[:16]
 
     return {shard.name: digest(shard.name.split("/")[0]) for shard in given}
+
+
+def _is_page(path):
+    """Whether a file is of the documentation; its figures are records, which code reads."""
+    return path.suffix == ".md" or (path.parts[0] == "docs" and path.parts[1] != "figures")
 
 
 def _git(folder, *words):

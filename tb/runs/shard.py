@@ -7,8 +7,8 @@ __all__ = ["MINUTES", "READERS", "Shard", "shards"]
 
 # A shard is ended after this many minutes.
 MINUTES = 90
-# Folders whose tests run or read test modules of others; nothing else imports a test module.
-READERS = {"benchmarks", "bugs", "docs", "sources"}
+# Folders whose tests may read every file. No other folder imports a test module, or reads pages that it does not name.
+READERS = {"benchmarks", "bugs", "docs", "packaging", "sources"}
 # Folders whose tests take longer than a shard may, and the number of shards that they are cut into.
 PARTS = {"docs": 2, "golden": 3, "memsys": 2, "radiosity": 7, "system": 4}
 

@@ -68,9 +68,11 @@ def test_a_changed_file_marks_the_commit(tmp_path):
 
 @pytest.mark.parametrize(("path", "concerned"), [
     (LEDGER, ""), ("CHANGELOG.md", ""), ("hw/a.py", "icu noc/2 docs"), ("tb/noc/bench.py", "icu noc/2 docs"),
-    ("tb/noc/deep/test_a.py", "noc/2 docs"), ("tb/icu/test_a.py", "icu docs"), ("tb/conftest.py", "icu noc/2 docs")])
+    ("tb/noc/deep/test_a.py", "noc/2 docs"), ("tb/icu/test_a.py", "icu docs"), ("tb/conftest.py", "icu noc/2 docs"),
+    ("README.md", "docs"), ("docs/data/a.csv", "docs"), ("docs/formats/named.md", "noc/2 docs"),
+    ("docs/figures/history.csv", "icu noc/2 docs")])
 def test_a_shard_stays_green_until_what_it_may_read_changes(tmp_path, path, concerned):
-    root = checkout(tmp_path / "project", {LEDGER: "", path: "0", "tb/noc/test_b.py": ""})
+    root = checkout(tmp_path / "project", {LEDGER: "", path: "0", "tb/noc/test_b.py": "PAGE = 'named.md'"})
     shards = [Shard(name, ()) for name in ("icu", "noc/2", "docs")]
     before = inputs_of(root, shards)
     (root / path).write_text("1")

@@ -1,11 +1,10 @@
 import re
-from pathlib import Path
 
 import pytest
 
 from golden.scene.builtin import BUILTIN
+from tb.docs.language import ROOT
 
-ROOT = Path(__file__).parents[2]
 DOCS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
