@@ -63,10 +63,11 @@ def exchange(source: Path, table: Path, output: Path, *, sky_temperature: float,
     surfaces = [{"surface": name, "area": size, "heat": loss} for name, size, loss in
                 zip(names.tolist(), area.tolist(), heat.tolist(), strict=True)]
     report = {"output": output, "patches": len(factors), "surfaces": surfaces, "heat_to_sky": heat.sum()}
-    width = max(map(len, [*names.tolist(), "surface"]))
+    outside = f"sky of {sky_temperature:g} K"
+    width = max(map(len, [*names.tolist(), outside]))
     lines = [f"{output}: {counted(len(factors), 'patch')}", f"{'surface':{width}} {'area, m2':>12} {'net heat, W':>14}",
              *(f"{row['surface']:{width}} {row['area']:12.6g} {row['heat']:14.6g}" for row in surfaces),
-             f"{'to the sky':{width}} {'':12} {heat.sum():14.6g}"]
+             f"{outside:{width}} {'':12} {heat.sum():14.6g}"]
     return report, "\n".join(lines)
 
 

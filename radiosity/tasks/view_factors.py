@@ -211,7 +211,8 @@ class ViewFactorTask:
                      f"of a row: {written.F.nnz} are left")
         if self._surfaces:
             report |= {"surfaces": count, "surfaces_output": self._surfaces}
-            text += f"\n{self._surfaces}: {counted(count, 'surface')}"
+            text += (f"\n{self._surfaces}: {counted(count, 'surface')}"
+                     f"{'' if count > 1 else ', as surfaces are named by materials, and there is one'}")
         return report, text
 
     def _report(self, factors: ViewFactors, method):

@@ -19,6 +19,6 @@ def test_the_golden_model_renders_by_shelling_and_says_first_how_long(main, meth
                                        "--max-edge", "9", "--rays", "16x4", "--json"])
     assert result.exit_code == 0, result.stderr
     assert json.loads(result.stdout)["settings"]["method"] == method
-    announced = re.fullmatch(r"shelling: 24 hemispheres at most, about \d+ s; then the image\n", result.stderr)
+    announced = re.fullmatch(r"shelling: 24 hemispheres at most, about \d+ s; then the picture\n", result.stderr)
     assert (announced is not None) == (method == "shelling")
     assert (result.stderr == "") == (method == "embree")

@@ -1,4 +1,4 @@
-"""``render``: an image of a scene."""
+"""``render``: a picture of a scene."""
 
 from contextlib import nullcontext
 
@@ -41,18 +41,18 @@ _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--
 def render_command(*methods: CastingMethod, method: str | None = None, quality: str = "normal",
                    size: str = "512x512") -> click.Command:
     """The command, with methods that a command line adds, and defaults of some options."""
-    @click.command("render", cls=Task, named=_NAMED, short_help="Make an image of SCENE.", epilog=SCENE_HELP)
+    @click.command("render", cls=Task, named=_NAMED, short_help="Make a picture of SCENE.", epilog=SCENE_HELP)
     @SCENE
     @click.option("-o", "--output", type=FILE, required=True, multiple=True,
-                  help="Write the image to this .png (as a display shows it) or .exr (linear radiance). May be "
+                  help="Write the picture to this .png (as a display shows it) or .exr (linear radiance). May be "
                        "repeated.")
-    @click.option("--size", type=WholePair("WIDTHxHEIGHT"), default=size, help="Set the size of the image in "
+    @click.option("--size", type=WholePair("WIDTHxHEIGHT"), default=size, help="Set the size of the picture in "
                   "pixels.")
     @click.option("--eye", type=Numbers(), help="Set the position of the camera.  [default: the scene's view, or one "
                   "of all "
                   "of it]")
     @click.option("--target", type=Numbers(), help="Set the point that the camera looks at.")
-    @click.option("--up", type=Numbers(), help="Set the direction that is up in the image.")
+    @click.option("--up", type=Numbers(), help="Set the direction that is up in the picture.")
     @ZENITH
     @click.option("--fov", type=float, help="Set the full vertical field of view in degrees.")
     @add_options(DAYLIGHT)
@@ -83,7 +83,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
                    "are cast.")
     @METHOD_CELL
     @add_options(option for method in methods for option in method.options)
-    @click.option("--jobs", type=int, help="Set the number of threads that cast; the image does not depend on it.  "
+    @click.option("--jobs", type=int, help="Set the number of threads that cast; the picture does not depend on it.  "
                   "[default: one per usable processor]")
     @WORKERS
     @click.option("--seed", type=int, default=0, help="Set the seed of all random choices.")
@@ -98,7 +98,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
     @add_options(PHOTOMETRIC)
     def render_image(scene, output, size, samples, light_samples, noise, depth, rays, least_rays, solver, elements,
                      max_edge, max_area, method, cell, jobs, workers, seed, stats, heatmap, **given):
-        """Make an image of SCENE: indirect light by radiosity, everything else by ray tracing."""
+        """Make a picture of SCENE: indirect light by radiosity, everything else by ray tracing."""
         method = method_of(method, counts_cells=cell is not None or heatmap is not None)
         chosen, options = options_of(methods, method, given)
         daylight, (shooting, preview) = daylight_of(given), shooting_of(given)
@@ -129,7 +129,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
         def estimate(hemispheres, seconds):
             # What is cast in numpy takes long enough to be announced.
             console().announce(f"{method}: {counted(hemispheres, 'hemisphere')} at most, about "
-                               f"{max(1, round(hemispheres * seconds))} s; then the image")
+                               f"{max(1, round(hemispheres * seconds))} s; then the picture")
         with pool as opened:
             report, text = render_scene(scene, view, settings, files, method=method, caster=caster,
                                         workers=opened, progress=console().progress,

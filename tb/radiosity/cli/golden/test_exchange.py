@@ -18,6 +18,11 @@ def rows(path):
         return list(csv.DictReader(file))
 
 
+def heat_of(path):
+    """Net heat in W of all patches of a table."""
+    return sum(float(row["area"]) * float(row["flux"]) for row in rows(path))
+
+
 @pytest.fixture
 def factors(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -46,8 +51,9 @@ def test_surfaces_of_a_table_are_those_of_patches(factors, tmp_path):
 
 def test_a_table_may_list_patches(factors, tmp_path):
     (tmp_path / "t.csv").write_text("patch,temperature,emissivity\n2,500,0.1\n0,300,0.9\n1,400,0.5\n")
-    report("exchange", "F.nc", "t.csv", "-o", "q.csv")
+    text = run("exchange", "F.nc", "t.csv", "-o", "q.csv", "--sky-temperature", "265.5").stdout
     assert [float(row["temperature"]) for row in rows(tmp_path / "q.csv")] == [300, 400, 500]
+    assert text.splitlines()[-1].split()[:5] == ["sky", "of", "265.5", "K", f"{heat_of(tmp_path / 'q.csv'):.6g}"]
 
 
 @pytest.mark.parametrize("word", ["warm", "3_00"])

@@ -123,6 +123,8 @@ def test_small_factors_are_left_out_and_rows_close(folder):
     """Furnace: each of 24 squares sees 20 others, and some of those by less than 0.03; surfaces lose nothing."""
     given = "formfactors", "furnace:2", "--error", "0.1"
     whole = json.loads(run(*given, "-o", "F.npz", "--json").stdout)
+    text = run(*given, "-o", "F.npz", "--by-surface", "s.csv").stdout
+    assert text.endswith("\ns.csv: 1 surface, as surfaces are named by materials, and there is one\n")
     cut = json.loads(run(*given, "-o", "cut.npz", "--drop-below", "0.03", "--by-surface", "s.npz", "--json").stdout)
     before, after, surfaces = (ViewFactors.open(folder / f"{name}.npz") for name in ("F", "cut", "s"))
     small = (before.F.toarray() < 0.03) & (before.F.toarray() > 0)
