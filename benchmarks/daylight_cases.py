@@ -25,7 +25,7 @@ from benchmarks.daylight_room import (
     through,
     transmittance,
 )
-from benchmarks.window_cases import WINDOWS
+from benchmarks.window_cases import VERTICAL, WINDOWS
 from golden.light.analytic import point_to_polygon
 from golden.light.photometry.quantities import lux
 from golden.render.two_pass import RenderSettings, render
@@ -56,8 +56,7 @@ def open_sky(sky: str) -> Iterator[Case]:
     builder = SceneBuilder("chip")
     builder.add(0.001 * (ROOF - ROOF.mean(axis=0)), BLACK)
     scene = Daylight(sky=sky, sky_illuminance=LEVEL, ground=0.0).scene(builder.build(), EFFICACY)
-    for name, normal, share in (("horizontal", UP, 1.0), ("vertical", (0, -1, 0), {
-            "uniform": 0.5, "cie-overcast": 3 * (np.pi / 2 + 4 / 3) / (7 * np.pi)}[sky])):
+    for name, normal, share in (("horizontal", UP, 1.0), ("vertical", (0, -1, 0), VERTICAL[sky])):
         yield Case(name=f"{sky} sky, {name} plane in the open, lux", truth=share * LEVEL,
                    found=received(scene, [(0, 0, 1)], normal)[0])
 
@@ -126,7 +125,7 @@ def glazing() -> Iterator[Case]:
 
 
 CASES: dict[str, Callable[[], Iterator[Case]]] = {
-    **{f"{sky} sky": partial(open_sky, sky) for sky in ("uniform", "cie-overcast")},
+    **{f"{sky} sky": partial(open_sky, sky) for sky in VERTICAL},
     **{f"{opening}, {sky} sky": partial(sky_component, sky, opening) for opening in ("roof", "facade")
        for sky in SKIES},
     **WINDOWS,

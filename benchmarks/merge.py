@@ -195,12 +195,12 @@ def _merge_tables() -> list[list[str]]:
         cells = _WIDTH * _WIDTH * (nodes - 1) / nodes
         rows.append([name, nodes, f"{1000 * exchanged / cells:.2f}", f"{exchanged}", f"{np.median(own[1]):.0f}",
                      signed(np.median(own[1]) / exchanged - 1), *_beside(pair, own[0]),
-                     _grade(np.median(own[0]), pair)])
+                     grade(np.median(own[0]), pair)])
         ratio = (np.array(own[1]) / own[0]).tolist()
         is_enough = nodes != _NODES or np.median(ratio) >= _FULL_LEAST
         ratios.append(["exchanged z-buffers : PAIR-RS", name, nodes, _WIDTH,
                        *_beside(exchanged / pair, ratio, digits=2),
-                       _grade(np.median(ratio), exchanged / pair) if is_enough else "not reproduced"])
+                       grade(np.median(ratio), exchanged / pair) if is_enough else "not reproduced"])
         console().note(f"table 4.2: {name}, {nodes} nodes")
     merges = []
     for (size, nodes, name), source in MERGES.items():
@@ -210,14 +210,14 @@ def _merge_tables() -> list[list[str]]:
             cells = [cell for value, values in zip(both, own[label], strict=True)
                      for cell in (f"{value}", f"{np.median(values):.0f}")]
             merges.append([name, size, nodes, label, *cells, f"{percentile(both[1], own[label][1])} %",
-                           _grade(np.median(own[label][1]), both[1])])
+                           grade(np.median(own[label][1]), both[1])])
         for above, below in (("PAIR-RS", "AAPC-HBP"), ("AAPC-RS", "AAPC-HBP")):
             at = list(_SCHEMES).index(above)
             ratio = (np.array(own[above][1]) / own[below][1]).tolist()
             expected = source[at][1] / source[0][1]
             is_within = above != "PAIR-RS" or _PAIR_BAND[0] <= np.median(ratio) <= _PAIR_BAND[1]
             ratios.append([f"{above} : {below}", name, nodes, size, *_beside(expected, ratio, digits=2),
-                           _grade(np.median(ratio), expected) if is_within else "not reproduced"])
+                           grade(np.median(ratio), expected) if is_within else "not reproduced"])
         console().note(f"table 4.3: {name}, {size}, {nodes} nodes")
     beside = ["source", "median", "range", "percentile of the source"]
     return [table(["scene", "size", *(f"{which}, {one}" for which in ("generated", "winning") for one in beside)],
@@ -227,10 +227,6 @@ def _merge_tables() -> list[list[str]]:
             table(["scene", "size", "nodes", "scheme", "local", "local, simulated", "merge", "merge, simulated",
                    "percentile of the source", "grade of merge"], merges),
             table(["ratio of merges", "scene", "nodes", "size", *beside, "grade"], ratios)]
-
-
-def _grade(simulated, source):
-    return grade(float(simulated), float(source))
 
 
 def _volume_tables() -> list[list[str]]:
@@ -266,7 +262,7 @@ def _volume_tables() -> list[list[str]]:
                                  ("gain by spans and pixels", _WEIGHTED / _ALONE, best[1] / best[0])):
         is_low = name.startswith("gain") and np.median(values) < _GAIN
         statements.append([name, *_beside(source, values.tolist(), digits=2),
-                           "not reproduced" if is_low else _grade(np.median(values), source)])
+                           "not reproduced" if is_low else grade(np.median(values), source)])
     return [table(["splitter", "most : average", "growth, %", "speedup by triangles", "speedup with spans and pixels",
                    "the same with the split", "split, s"], rows),
             table(["statement", "source", "simulated", "range", "percentile of the source", "grade"], statements)]

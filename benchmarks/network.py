@@ -5,8 +5,6 @@ points of the whole ceiling with it, sends every patch that a cluster requests a
 writes out/bench/network.md.
 """
 
-from dataclasses import dataclass
-
 import click
 import numpy as np
 
@@ -24,26 +22,13 @@ CLUSTERS = (2, 4, 8, 16, 32, 64)
 NEAR = 5
 
 
-@dataclass(frozen=True)
-class Traffic:
-    """Requests of all castings of a phase.
+def measure(ceiling: Ceiling, clusters: int, points: range) -> np.ndarray:
+    """Cast from the points with the schedule of the first.
 
-    Parameters
-    ----------
-    between
-        N x N: requests of each cluster to each other one for a patch that it holds; on the diagonal its own patches.
+    Returns
+    -------
+    N x N int64: requests of each cluster for patches that each holds, its own ones on the diagonal.
     """
-
-    between: np.ndarray
-
-    @property
-    def remote(self) -> np.ndarray:
-        """Requests that pass the network."""
-        return self.between * (1 - np.eye(len(self.between), dtype=np.int64))
-
-
-def measure(ceiling: Ceiling, clusters: int, points: range) -> Traffic:
-    """Cast from the points with the schedule of the first."""
     plan = ceiling.plan(clusters)
     home, _ = plan.sets.residence(len(ceiling.geometry))
     between = np.zeros((clusters, clusters), dtype=np.int64)
@@ -53,13 +38,13 @@ def measure(ceiling: Ceiling, clusters: int, points: range) -> Traffic:
         for cluster, requested in enumerate(requests):
             where = home[requested.patches]
             between[cluster] += np.bincount(where[where >= 0], minlength=clusters)
-    return Traffic(between)
+    return between
 
 
-def distances(traffic: Traffic, topology: Topology, processor: np.ndarray) -> np.ndarray:
-    """Remote requests by links that they pass."""
-    away = topology.hops[np.ix_(processor, processor)]
-    return np.bincount(away.ravel(), weights=traffic.remote.ravel(), minlength=NEAR + 1).astype(np.int64)
+def distances(between: np.ndarray, topology: Topology, processor: np.ndarray) -> np.ndarray:
+    """Requests to other clusters by links that they pass."""
+    away, remote = topology.hops[np.ix_(processor, processor)], between * (1 - np.eye(len(between), dtype=np.int64))
+    return np.bincount(away.ravel(), weights=remote.ravel(), minlength=NEAR + 1).astype(np.int64)
 
 
 def mean(counts: np.ndarray) -> float:
@@ -67,11 +52,11 @@ def mean(counts: np.ndarray) -> float:
     return float((counts * np.arange(len(counts))).sum() / max(1, counts.sum()))
 
 
-def links(results: dict[tuple[str, int], Traffic]) -> list[list]:
+def links(results: dict[tuple[str, int], np.ndarray]) -> list[list]:
     """Links per request and the share of requests to a neighbour, with the networks side by side."""
     rows = []
-    for (name, clusters), traffic in results.items():
-        counts = [distances(traffic, Topology.of(network, clusters), simple(clusters)) for network in NETWORKS]
+    for (name, clusters), between in results.items():
+        counts = [distances(between, Topology.of(network, clusters), simple(clusters)) for network in NETWORKS]
         rows.append([name, clusters, *(f"{mean(one):.2f}, {one[1] / max(1, one.sum()):.3f}" for one in counts)])
     return rows
 

@@ -51,16 +51,14 @@ class Measurement:
 
     Parameters
     ----------
-    offered, accepted
-        Flits per node and cycle that were made and that arrived while it measured.
-    latency, worst
-        Mean and largest latency of the measured packets, in cycles; infinite if one of them did not arrive.
+    accepted
+        Flits per node and cycle that arrived while it measured.
+    latency
+        Mean latency of the measured packets, in cycles; infinite if one of them did not arrive.
     """
 
-    offered: float
     accepted: float
     latency: float
-    worst: float
 
 
 def hot_node(topology: Topology) -> int:
@@ -160,8 +158,5 @@ def observed(packets: Packets, arrivals: Arrivals, window: Window, nodes: np.nda
     taken = arrivals.taken[last[counted]]
     latency = taken - packets.made[counted]
     arrived = len(latency) > 0 and (taken != NEVER).all()
-    size = len(nodes) * window.measured
-    return Measurement(offered=float(packets.length[counted].sum() / size),
-                       accepted=float(((flits >= begin) & (flits < end)).sum() / size),
-                       latency=float(latency.mean()) if arrived else np.inf,
-                       worst=float(latency.max()) if arrived else np.inf)
+    return Measurement(accepted=float(((flits >= begin) & (flits < end)).sum() / (len(nodes) * window.measured)),
+                       latency=float(latency.mean()) if arrived else np.inf)

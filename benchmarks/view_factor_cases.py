@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from golden.light.closed_forms import c_11, c_14, c_41
+from golden.light.closed_forms import b_4, c_11, c_14, c_41
 from golden.light.factors.view_factors import ViewFactors
 from golden.scene.builtin.shapes import FACES, box, cap, loft
 
@@ -130,15 +130,10 @@ def visible_factor(width: float = 0.5) -> float:
     for low, high in pairwise(cuts):
         x = (low + (high - low) * y)[:, None]
         end = np.clip(2 * width - x, 0, 1)
-        shadow = _corner(end - x, 1 - y) - _corner(end - x, -y) - _corner(-x, 1 - y) + _corner(-x, -y)
+        # B-4 is odd in both sides of its rectangle.
+        shadow = b_4(end - x, 1 - y) - b_4(end - x, -y) - b_4(-x, 1 - y) + b_4(-x, -y)
         total += (high - low) * (share @ shadow @ share)
     return c_11(1, 1) - total
-
-
-def _corner(a, b):
-    """View factor of a point to a rectangle a x b, parallel at distance 1, a corner above it; odd in both."""
-    p, q = np.sqrt(1 + a**2), np.sqrt(1 + b**2)
-    return (a / p * np.arctan(b / p) + b / q * np.arctan(a / q)) / (2 * np.pi)
 
 
 def _canyon(barrier):

@@ -27,7 +27,7 @@ from golden.scene.builder import SceneBuilder
 from golden.scene.lights import DirectionalLight
 from golden.scene.material import Material
 
-__all__ = ["WINDOWS"]
+__all__ = ["VERTICAL", "WINDOWS"]
 
 # The wall opposite the facade: its distance, height, extent along x and reflectance, and its largest element.
 DISTANCE, HEIGHT, ACROSS, REFLECTANCE, ELEMENT = 3.0, 4.0, (-1.0, 8.0), 0.6, 0.5

@@ -1,4 +1,4 @@
-"""Assignment: which node makes the row of each patch, and the numbers by which nodes know patches."""
+"""Assignment: which node has which patch or scanline, and the numbers by which nodes know these."""
 
 from dataclasses import dataclass
 
@@ -14,14 +14,14 @@ ASSIGNMENTS = ("random", "scattered", "tiled")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Assignment:
-    """Patches in the order of their new numbers: those of node 0, then those of node 1, and so on.
+    """Patches or scanlines in the order of their new numbers: those of node 0, then those of node 1, and so on.
 
     Parameters
     ----------
     order
-        N int64: the patch of each new number.
+        N int64: the patch or scanline of each new number.
     bounds
-        P + 1 int64: first new number of each node, and N.
+        P + 1 int64: first new number of each node, and the one after the last; what is beyond has no node.
     """
 
     order: np.ndarray
@@ -39,10 +39,8 @@ class Assignment:
 
     @property
     def number(self) -> np.ndarray:
-        """N int64: the new number of each patch."""
-        number = np.empty_like(self.order)
-        number[self.order] = np.arange(len(self.order))
-        return number
+        """N int64: the new number of each patch or scanline."""
+        return np.argsort(self.order)
 
     def patches(self, node: int) -> np.ndarray:
         """The patches of a node."""

@@ -14,20 +14,23 @@ def _exchanges(words):
     return Program(np.zeros_like(words), partner, partner, words)
 
 
-def concatenation(sizes: np.ndarray) -> Program:
+def concatenation(sizes: np.ndarray, overlaps: np.ndarray | None = None) -> Program:
     """Every node gets the slices of all: the slices that two neighbours hold double with each exchange.
 
     Parameters
     ----------
     sizes
         P int64: words of each node's slice.
+    overlaps
+        D x P int64: words that the slices of both neighbours have in common when they exchange them over each channel.
+        Default: none.
 
     Source: Kurc 1997, section 2.5.1, Eq. 2.14.
     """
     words, held = [], np.asarray(sizes, dtype=np.int64)
     for channel in range(len(held).bit_length() - 1):
         words.append(held)
-        held = held + held[np.arange(len(held)) ^ 1 << channel]
+        held = held + held[np.arange(len(held)) ^ 1 << channel] - (0 if overlaps is None else overlaps[channel])
     return _exchanges(np.array(words, dtype=np.int64).reshape(-1, len(held)))
 
 

@@ -414,7 +414,7 @@ def _update(machine, number, time):
 def _send(network, packet, source, destination, flits, made):
     given = network.packets[packet]
     given[Packet.SOURCE], given[Packet.DESTINATION], given[Packet.LENGTH] = source, destination, flits
-    given[Packet.MESSAGE], given[Packet.MADE] = 0, made
+    given[Packet.MADE] = made
     send(network, packet)
 
 

@@ -17,21 +17,20 @@ from radiosity.machines.common.columns import columns
 
 __all__ = ["Count", "Packet", "PacketNetwork", "network_cycle", "packet_network", "send"]
 
-Packet = columns("Packet", "SOURCE DESTINATION LENGTH MESSAGE MADE ENTERED LEFT TAKEN NEXT")
+Packet = columns("Packet", "SOURCE DESTINATION LENGTH MADE ENTERED LEFT TAKEN NEXT")
 """What the sender writes; the cycles in which the first flit has entered, and in which the last one has left and has
-been accepted; the next packet of the same source and message."""
+been accepted; the next packet of the same source."""
 
 Count = columns("Count", "UNARRIVED TAKEN_NOW BUSY RETURNED SENDING SINKING")
 """Packets sent and not yet accepted, packets accepted in this cycle; entries of the lists of a network."""
 
-_Shape = columns("_Shape", "PORTS CHANNELS KIND ENTRIES MESSAGES BY_AGE")
+_Shape = columns("_Shape", "PORTS CHANNELS ENTRIES BY_AGE")
 _Route = columns("_Route", "PORT CHANNEL ENTRY")
 _Link = columns("_Link", "BEHIND BEFORE")
 _Flit = columns("_Flit", "PACKET NUMBER QUEUE")
 _Queue = columns("_Queue", "HEAD LEVEL CREDITS HOLDER SINCE POSITION")
 _Port = columns("_Port", "LAST_GRANTED GRANTED PRIORITY")
-_Row = columns("_Row", "FIRST LAST SENT")
-_Node = columns("_Node", "LAST_MESSAGE QUEUED SINK_HEAD SINK_LEVEL")
+_Node = columns("_Node", "FIRST LAST SENT SINK_HEAD SINK_LEVEL")
 _NONE = -1
 
 
@@ -43,7 +42,7 @@ class PacketNetwork(NamedTuple):
     Parameters
     ----------
     shape
-        Ports, channels, channels of a kind of messages, entries, kinds, by age.
+        Ports, channels, entries, by age.
     route
         3 x N x N, port, channel and entry of `Routing`.
     linked
@@ -54,12 +53,12 @@ class PacketNetwork(NamedTuple):
         Of each output port its last grant and the present one; the ports that are requested.
     wires, on_wires, returned
         Flits on the wires, by cycle modulo the cycles of a router and 1; how many; queues whose credits are returned.
-    rows, credits
-        Of each source and kind its packets; of each source the credits of its queues.
+    credits
+        Of each source those of its queues.
     nodes, sending, sinking, waiting
-        State of each source and sink; those with packets; flits in each sink.
+        Packets of each source and state of its sink; those with packets; flits in each sink.
     packets
-        Packets x 9, see `Packet`; a caller may use a row again when its packet has been accepted.
+        Packets x 8, see `Packet`; a caller may use a row again when its packet has been accepted.
     taken
         Packets accepted in this cycle.
     counts
@@ -77,7 +76,6 @@ class PacketNetwork(NamedTuple):
     wires: np.ndarray
     on_wires: np.ndarray
     returned: np.ndarray
-    rows: np.ndarray
     credits: np.ndarray
     nodes: np.ndarray
     sending: np.ndarray
@@ -88,9 +86,9 @@ class PacketNetwork(NamedTuple):
     counts: np.ndarray
 
 
-def packet_network(routing: Routing, *, packets: int, buffer_flits: int, messages: int = 1,
-                   arbitration: str = "round-robin", router_cycles: int = 2) -> PacketNetwork:
-    """An empty network.
+def packet_network(routing: Routing, *, packets: int, buffer_flits: int, arbitration: str = "round-robin",
+                   router_cycles: int = 2) -> PacketNetwork:
+    """An empty network for one kind of messages.
 
     Parameters
     ----------
@@ -98,7 +96,7 @@ def packet_network(routing: Routing, *, packets: int, buffer_flits: int, message
         Routing tables.
     packets
         Most packets at a time.
-    buffer_flits, messages, arbitration, router_cycles
+    buffer_flits, arbitration, router_cycles
         See `golden.engine.noc.router.Routers`.
 
     Raises
@@ -106,14 +104,14 @@ def packet_network(routing: Routing, *, packets: int, buffer_flits: int, message
     InputError, TypeError
         As `Routers`; the number of packets is below 1, or no int.
     """
-    check_routers(buffer_flits=buffer_flits, messages=messages, arbitration=arbitration, router_cycles=router_cycles)
+    check_routers(buffer_flits=buffer_flits, messages=1, arbitration=arbitration, router_cycles=router_cycles)
     check_int("network: Packets", packets)
     if packets < 1:
         raise InputError(f"network: Packets must be at least 1, not {packets!r}")
     topology = routing.topology
     neighbour = topology.neighbour
     nodes, ports = neighbour.shape
-    channels = messages * routing.virtual_channels
+    channels = routing.virtual_channels
     behind = np.where(neighbour == NOWHERE, NOWHERE, neighbour * ports + np.array(topology.opposite)).reshape(-1)
     before = np.full_like(behind, NOWHERE)
     linked = np.flatnonzero(behind != NOWHERE)
@@ -127,18 +125,15 @@ def packet_network(routing: Routing, *, packets: int, buffer_flits: int, message
     state[:, _Queue.CREDITS], state[:, _Queue.HOLDER], state[:, _Queue.POSITION] = buffer_flits, _NONE, _NONE
     granted = array(nodes * ports, len(_Port), value=_NONE)
     granted[:, _Port.LAST_GRANTED] = ports * channels - 1
-    rows = array(nodes * messages, len(_Row), value=_NONE)
-    rows[:, _Row.SENT] = 0
     of_nodes = array(nodes, len(_Node))
-    of_nodes[:, _Node.LAST_MESSAGE] = messages - 1
+    of_nodes[:, _Node.FIRST] = _NONE
     return PacketNetwork(
-        shape=np.array([ports, channels, routing.virtual_channels, buffer_flits, messages, arbitration == "age"],
-                       dtype=np.int64),
+        shape=np.array([ports, channels, buffer_flits, arbitration == "age"], dtype=np.int64),
         route=np.stack([routing.port, routing.channel, routing.entry]),
         linked=np.stack([behind, before], axis=1), flits=array(count, buffer_flits, 3), queues=state, busy=array(count),
         ports=granted, requested=array(nodes * ports),
         wires=array(router_cycles + 1, nodes * ports, 3), on_wires=array(router_cycles + 1),
-        returned=array(2 * nodes * ports), rows=rows, credits=array(nodes, channels, value=buffer_flits),
+        returned=array(2 * nodes * ports), credits=array(nodes, channels, value=buffer_flits),
         nodes=of_nodes, sending=array(nodes), sinking=array(nodes),
         waiting=array(nodes, channels * buffer_flits, 3), packets=array(packets, len(Packet)), taken=array(nodes),
         counts=array(len(Count)))
@@ -147,20 +142,17 @@ def packet_network(routing: Routing, *, packets: int, buffer_flits: int, message
 @compiled
 def send(network: PacketNetwork, packet: int) -> None:
     """A source sends a packet from the cycle in its column `MADE` on, after those that it was given before."""
-    packets, rows = network.packets, network.rows
-    source = packets[packet, Packet.SOURCE]
-    row = source * network.shape[_Shape.MESSAGES] + packets[packet, Packet.MESSAGE]
+    packets, source = network.packets, network.packets[packet, Packet.SOURCE]
+    state = network.nodes[source]
     for column in (Packet.ENTERED, Packet.LEFT, Packet.TAKEN, Packet.NEXT):
         packets[packet, column] = _NONE
-    if rows[row, _Row.FIRST] == _NONE:
-        rows[row, _Row.FIRST] = packet
-    else:
-        packets[rows[row, _Row.LAST], Packet.NEXT] = packet
-    rows[row, _Row.LAST] = packet
-    if network.nodes[source, _Node.QUEUED] == 0:
+    if state[_Node.FIRST] == _NONE:
+        state[_Node.FIRST] = packet
         network.sending[network.counts[Count.SENDING]] = source
         network.counts[Count.SENDING] += 1
-    network.nodes[source, _Node.QUEUED] += 1
+    else:
+        packets[state[_Node.LAST], Packet.NEXT] = packet
+    state[_Node.LAST] = packet
     network.counts[Count.UNARRIVED] += 1
 
 
@@ -260,37 +252,24 @@ def _take(network, cycle):
 
 @compiled
 def _enter(network, cycle):
-    """Each source sends a flit of the next kind of messages that has one and a credit."""
-    rows, counts, messages = network.rows, network.counts, network.shape[_Shape.MESSAGES]
-    ports, channels = network.shape[_Shape.PORTS], network.shape[_Shape.CHANNELS]
+    """Each source sends a flit if it has one and a credit."""
+    counts, ports, channels = network.counts, network.shape[_Shape.PORTS], network.shape[_Shape.CHANNELS]
     at = 0
     while at < counts[Count.SENDING]:
         node = network.sending[at]
-        state, left = network.nodes[node], False
-        for offset in range(1, messages + 1):
-            message = (state[_Node.LAST_MESSAGE] + offset) % messages
-            row = node * messages + message
-            packet = rows[row, _Row.FIRST]
-            if packet == _NONE or network.packets[packet, Packet.MADE] > cycle:
-                continue
-            given = network.packets[packet]
-            channel = (message * network.shape[_Shape.KIND]
-                       + network.route[_Route.ENTRY, node, given[Packet.DESTINATION]])
-            if network.credits[node, channel] == 0:
-                continue
+        state = network.nodes[node]
+        packet = state[_Node.FIRST]
+        given = network.packets[packet]
+        channel = network.route[_Route.ENTRY, node, given[Packet.DESTINATION]]
+        if given[Packet.MADE] <= cycle and network.credits[node, channel]:
             network.credits[node, channel] -= 1
-            state[_Node.LAST_MESSAGE] = message
-            number = rows[row, _Row.SENT]
-            if number == 0:
+            if state[_Node.SENT] == 0:
                 given[Packet.ENTERED] = cycle
-            _put(network, (node * ports + LOCAL) * channels + channel, packet, number, cycle)
-            rows[row, _Row.SENT] += 1
-            if rows[row, _Row.SENT] == given[Packet.LENGTH]:
-                rows[row, _Row.FIRST], rows[row, _Row.SENT] = given[Packet.NEXT], 0
-                state[_Node.QUEUED] -= 1
-                left = state[_Node.QUEUED] == 0
-            break
-        if left:
+            _put(network, (node * ports + LOCAL) * channels + channel, packet, state[_Node.SENT], cycle)
+            state[_Node.SENT] += 1
+            if state[_Node.SENT] == given[Packet.LENGTH]:
+                state[_Node.FIRST], state[_Node.SENT] = given[Packet.NEXT], 0
+        if state[_Node.FIRST] == _NONE:
             counts[Count.SENDING] -= 1
             network.sending[at] = network.sending[counts[Count.SENDING]]
         else:
@@ -341,13 +320,12 @@ def _arrive(network, cycle, slot):
 @compiled
 def _put(network, queue, packet, number, cycle):
     """A flit is the last one of a queue from the next cycle on."""
-    state, channels = network.queues[queue], network.shape[_Shape.CHANNELS]
-    ports, kind = network.shape[_Shape.PORTS], network.shape[_Shape.KIND]
+    state, ports, channels = network.queues[queue], network.shape[_Shape.PORTS], network.shape[_Shape.CHANNELS]
     node, destination = queue // channels // ports, network.packets[packet, Packet.DESTINATION]
     flit = network.flits[queue, (state[_Queue.HEAD] + state[_Queue.LEVEL]) % network.shape[_Shape.ENTRIES]]
     flit[_Flit.PACKET], flit[_Flit.NUMBER] = packet, number
     flit[_Flit.QUEUE] = ((node * ports + network.route[_Route.PORT, node, destination]) * channels
-                    + queue % channels // kind * kind + network.route[_Route.CHANNEL, node, destination])
+                    + network.route[_Route.CHANNEL, node, destination])
     if state[_Queue.LEVEL] == 0:
         state[_Queue.SINCE], state[_Queue.POSITION] = cycle + 1, network.counts[Count.BUSY]
         network.busy[network.counts[Count.BUSY]] = queue

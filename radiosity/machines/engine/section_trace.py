@@ -1,16 +1,13 @@
-"""Section trace: the work of a section on one cluster, and its cycles when it is replayed."""
+"""Section trace: the work of a section on one cluster, and its cycles."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radiosity.machines.engine.cluster_cast import (
-    ClusterCast,
-    StageItems,
     add_part,
     add_stage,
     begin_cast,
-    clock,
     end_cast,
     free,
     next_part,
@@ -18,7 +15,7 @@ from radiosity.machines.engine.cluster_cast import (
 )
 from radiosity.machines.engine.cluster_timing import ClusterTiming
 
-__all__ = ["CastTimes", "SectionTrace", "TraceSource", "replay", "run_stages"]
+__all__ = ["CastTimes", "SectionTrace", "run_stages"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,60 +79,14 @@ class CastTimes:
     cycles: int
 
 
-class TraceSource:
-    """The stages of a trace, see `run_stages`.
-
-    Parameters
-    ----------
-    trace, timing
-        The trace, and the latencies of the cluster.
-    """
-
-    def __init__(self, trace: SectionTrace, timing: ClusterTiming):
-        self._trace, self._timing = trace, timing
-        self._time = np.empty(len(trace.offset), dtype=np.int64)
-        self._owner = np.full(len(trace.tests), -1)
-
-    @property
-    def patches(self) -> int:
-        """Patches that are found."""
-        return len(self._trace.tests)
-
-    @property
-    def barriers(self) -> np.ndarray:
-        """Whether each stage waits until all before it are over; the list of near cells is the first one."""
-        return self._trace.is_barrier
-
-    @property
-    def listing(self) -> int:
-        """See `SectionTrace`."""
-        return self._trace.listing
-
-    def searches(self, stage: int) -> int:
-        """Cycles of a stage's searches."""
-        return int(self._trace.searches[stage])
-
-    def items(self, stage: int, begin: int, cast: ClusterCast) -> tuple[StageItems, int]:
-        """The items of all stages up to this one, which begins now; and the cycles of its requests."""
-        trace, first, end = self._trace, *map(int, self._trace.first_cell[stage:stage + 2])
-        latency = self._timing.memory + (self._timing.traversal if stage else 0)
-        self._time[first:end] = clock(cast, begin) + latency + trace.offset[first:end]
-        entries = trace.entries[:end + 1]
-        return StageItems(self._time[:end], entries, trace.is_new[:entries[-1]], trace.tests, self._owner), int(
-            trace.cycles[stage])
-
-    def has_part(self) -> bool:
-        """Whether the stage that has begun has requests that are not known yet: a trace knows all."""
-        return False
-
-
-def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ahead: int, ahead: int = 0) -> CastTimes:
+def run_stages(source, timing: ClusterTiming, *, slots: int, run_ahead: int, ahead: int = 0) -> CastTimes:
     """Cast the stages of a source, one after the other.
 
     Parameters
     ----------
     source
-        A trace's stages, or others that are explored part by part when their grid rays are requested.
+        The stages: ``patches``, ``barriers`` and ``listing`` of all of them, ``searches``, ``items`` and ``part`` of
+        one, which is explored part by part when its grid rays are requested.
     timing
         Latencies and capacities.
     slots, run_ahead
@@ -158,8 +109,3 @@ def run_stages(source: TraceSource, timing: ClusterTiming, *, slots: int, run_ah
     end = end_cast(cast, items) + timing.over + timing.end
     return CastTimes(begins=np.array(begins), ends=cast.ends[:len(items.tests)].copy(), free=free(cast),
                      cycles=end)
-
-
-def replay(trace: SectionTrace, timing: ClusterTiming, *, slots: int, run_ahead: int) -> CastTimes:
-    """The cycles of a trace, see `run_stages`."""
-    return run_stages(TraceSource(trace, timing), timing, slots=slots, run_ahead=run_ahead)

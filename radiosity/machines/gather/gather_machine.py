@@ -52,7 +52,7 @@ class GatherMachine:
             memory: NodeMemory | None = None) -> GatherRun:
         """Simulate both phases, see `simulate_gather`."""
         return simulate_gather(self.system, self.work, scheme, nodes=nodes, solver=solver, completion=completion,
-                               timing=self.work.timing, memory=memory)
+                               memory=memory)
 
 
 def row_frames(run: GatherRun) -> np.ndarray:

@@ -118,7 +118,7 @@ class GatherRun:
 
 
 def simulate_gather(system: RadiositySystem, work: ProjectionWork, scheme: GatherScheme, *, nodes: int,
-                    solver: str = "gauss-jacobi", completion: str | None = None, timing: NodeTiming | None = None,
+                    solver: str = "gauss-jacobi", completion: str | None = None,
                     memory: NodeMemory | None = None) -> GatherRun:
     """Simulate both phases.
 
@@ -127,7 +127,7 @@ def simulate_gather(system: RadiositySystem, work: ProjectionWork, scheme: Gathe
     system
         The form factors, rows of golden's, and the patches' reflectances, emissions and areas.
     work
-        The projections of the same scene.
+        The projections of the same scene, and the timing of a node.
     scheme
         Which node makes which row.
     nodes
@@ -136,7 +136,7 @@ def simulate_gather(system: RadiositySystem, work: ProjectionWork, scheme: Gathe
         ``gauss-jacobi`` or ``conjugate-gradient``.
     completion
         How split rows are completed after the redistribution of entries, ``shift`` or ``merge``. Default: entries stay.
-    timing, memory
+    memory
         Of a node. Default: the iPSC/2's.
 
     Raises
@@ -145,7 +145,7 @@ def simulate_gather(system: RadiositySystem, work: ProjectionWork, scheme: Gathe
         A name is none, the nodes are no hypercube, rows do not fit, or the solution is not reached.
     """
     check_nodes(nodes, len(system))
-    timing, memory = timing or NodeTiming(), memory or NodeMemory()
+    timing, memory = work.timing, memory or NodeMemory()
     factors = sparse.csr_array(system.matrix)
     cube = hypercube(nodes, timing)
     rows = make_matrix_rows(scheme, np.diff(factors.indptr).astype(np.int64), work, cube, memory)

@@ -1,6 +1,7 @@
 """Parallel solvers: Gauss-Jacobi and scaled conjugate gradients on rows that the nodes have."""
 
 from dataclasses import dataclass
+from functools import partial
 from math import fsum
 
 import numpy as np
@@ -80,7 +81,7 @@ def solve_channel(solver: str, matrix: NodeMatrix, *, reflectance: np.ndarray, e
     """
     check_choice("gather: Solver", solver, PARALLEL_SOLVERS)
     check_completion(matrix, completion)
-    states = PARALLEL_SOLVERS[solver](_Rows(matrix, completion), reflectance, emission, area)
+    states = PARALLEL_SOLVERS[solver](partial(_affine, matrix, completion), reflectance, emission, area)
     for iteration in range(1, most + 1):
         radiosity, residual = next(states)
         error = _error(radiosity, residual)
@@ -94,37 +95,31 @@ def _error(radiosity, residual):
     return total / largest if largest else total and np.inf
 
 
-class _Rows:
-    """Products with the rows, completed before or after what is linear in them."""
-
-    def __init__(self, matrix, completion):
-        self._matrix, self._completion = matrix, completion
-
-    def affine(self, vector, factor, addend):
-        """``addend`` + ``factor`` * (F vector)."""
-        matrix, partials = self._matrix, self._matrix.partial_products(vector)
-        if self._completion == "shift":
-            return addend + factor * matrix.completed(partials)
-        # The owner of a split row alone adds what is no part of the product.
-        row = matrix.part_row
-        return matrix.completed(np.where(matrix.is_owner, addend[row], 0.0) + factor[row] * partials)
+def _affine(matrix, completion, vector, factor, addend):
+    """``addend`` + ``factor`` * (F vector), whose split rows are completed before or after what is linear in them."""
+    partials = matrix.partial_products(vector)
+    if completion == "shift":
+        return addend + factor * matrix.completed(partials)
+    # The owner of a split row alone adds what is no part of the product.
+    row = matrix.part_row
+    return matrix.completed(np.where(matrix.is_owner, addend[row], 0.0) + factor[row] * partials)
 
 
-def _gauss_jacobi(rows, reflectance, emission, area):
+def _gauss_jacobi(affine, reflectance, emission, area):
     radiosity = emission.copy()
     while True:
-        following = rows.affine(radiosity, reflectance, emission)
+        following = affine(radiosity, reflectance, emission)
         yield radiosity, following - radiosity
         radiosity = following
 
 
-def _conjugate_gradient(rows, reflectance, emission, area):
+def _conjugate_gradient(affine, reflectance, emission, area):
     reflectance = np.maximum(reflectance, _BLACK)
     before, after = np.sqrt(reflectance * area), np.sqrt(reflectance / area)
     scaled, residual = np.zeros_like(emission), emission / after
     direction, square = residual, _dot(residual, residual)
     while True:
-        image = rows.affine(after * direction, -before, direction)
+        image = affine(after * direction, -before, direction)
         along = _dot(direction, image)
         step = square / along if along else 0.0
         scaled, residual = scaled + step * direction, residual - step * image

@@ -65,8 +65,8 @@ class RowPhase:
     ----------
     assignment
         Where each row is, in the order in which its node made them.
-    start, ends
-        P int64: ns in which each node begins and ends.
+    ends
+        P int64: ns in which each node ends.
     stored
         N int64: ns in which each patch's row is stored in its node.
     alone
@@ -80,7 +80,6 @@ class RowPhase:
     """
 
     assignment: Assignment
-    start: np.ndarray
     ends: np.ndarray
     stored: np.ndarray
     alone: np.ndarray
@@ -156,7 +155,7 @@ def make_matrix_rows(scheme: GatherScheme, entries: np.ndarray, work: Projection
             raise InputError(f"gather: Memory must be at least {after.max()} bytes for the patches and rows of node "
                              f"{after.argmax()}, not {memory.size}", parameter="memory")
         peak = np.maximum(peak, after)
-    return RowPhase(assignment=of_rows(rows), start=start, ends=ends, stored=stored, alone=alone,
+    return RowPhase(assignment=of_rows(rows), ends=ends, stored=stored, alone=alone,
                     before_full=before, circulated_words=int(cube.sent[:, WORDS].sum()) - sent, peak_bytes=peak)
 
 

@@ -86,16 +86,11 @@ def _boundaries(matrix):
 
 def _repairing(matrix, timing):
     """The concatenation of slices whose ends are parts, which the exchanges add."""
-    split, held, words = _boundaries(matrix), matrix.part_counts, []
-    for channel, repaired in enumerate(split):
-        words.append(held)
-        held = held + held[np.arange(matrix.nodes) ^ 1 << channel] - repaired
+    split = _boundaries(matrix)
+    exchanges, work = concatenation(matrix.part_counts, split), split * timing.operation
     # The first exchange has nothing to add before it, so each addition belongs to the step after its exchange.
-    exchanges = concatenation(matrix.part_counts)
-    work = split * timing.operation
-    late = work_step(work[-1]) if len(work) else work_step(np.zeros(matrix.nodes, dtype=np.int64))
-    return joined(exchanges._replace(words=np.array(words, dtype=np.int64).reshape(-1, matrix.nodes),
-                                     work=np.concatenate([np.zeros_like(work[:1]), work[:-1]])), late)
+    exchanges.work[1:] = work[:-1]
+    return joined(exchanges, work_step(work[-1] if len(work) else np.zeros(matrix.nodes)))
 
 
 def _shift(matrix, timing):

@@ -36,10 +36,9 @@ class SharedRows(NamedTuple):
 
 
 class _State(NamedTuple):
-    """Of each node: rows begun, and whether it is done; whether it knows that a memory is full; free bytes."""
+    """Of each node: rows stored; whether it knows that a memory is full; free bytes."""
 
     stored: np.ndarray
-    is_done: np.ndarray
     knows: np.ndarray
     free: np.ndarray
 
@@ -68,8 +67,7 @@ def make_rows(times: np.ndarray, sizes: np.ndarray, bounds: np.ndarray, free: np
     Source: Kurc 1997, section 2.4.1, Fig. 2.6.
     """
     nodes = len(bounds) - 1
-    state = _State(np.zeros(nodes, dtype=np.int64), np.zeros(nodes, dtype=np.bool_),
-                   np.zeros(nodes, dtype=np.bool_), np.array(free, dtype=np.int64))
+    state = _State(np.zeros(nodes, dtype=np.int64), np.zeros(nodes, dtype=np.bool_), np.array(free, dtype=np.int64))
     ends, ended = np.array(start, dtype=np.int64), np.zeros(len(times), dtype=np.int64)
     _run(event_heap(nodes * (nodes + 1)), state, times, sizes, bounds, cube, ended, ends)
     return SharedRows(stored=state.stored, ended=ended, ends=ends, is_full=bool(state.knows.any()))
@@ -95,9 +93,7 @@ def _run(heap, state, times, sizes, bounds, cube, ended, ends):
     """All events."""
     nodes = len(bounds) - 1
     for node in range(nodes):
-        if bounds[node] == bounds[node + 1]:
-            state.is_done[node] = True
-        else:
+        if bounds[node] < bounds[node + 1]:
             push(heap, ends[node] + times[bounds[node]], _ROW_ENDS, node)
     while next_time(heap) != _NONE:
         time, kind, node = pop(heap)
@@ -107,7 +103,6 @@ def _run(heap, state, times, sizes, bounds, cube, ended, ends):
         row = bounds[node] + state.stored[node]
         ends[node] = time
         if sizes[row] > state.free[node]:
-            state.is_done[node] = True
             if not state.knows[node]:
                 state.knows[node] = True
                 _broadcast(heap, cube, node, time)
@@ -115,7 +110,5 @@ def _run(heap, state, times, sizes, bounds, cube, ended, ends):
         state.free[node] -= sizes[row]
         ended[row] = time
         state.stored[node] += 1
-        if state.knows[node] or row + 1 == bounds[node + 1]:
-            state.is_done[node] = True
-        else:
+        if not state.knows[node] and row + 1 < bounds[node + 1]:
             push(heap, time + times[row + 1], _ROW_ENDS, node)

@@ -13,7 +13,7 @@ from radiosity.machines.koan.koan_run import KoanRun, simulate_picture
 from radiosity.machines.koan.page_timing import PageTiming
 from radiosity.machines.koan.pixel_rays import PixelRays, pixel_rays
 from radiosity.machines.koan.ray_pages import PageString, ray_pages
-from radiosity.machines.koan.ray_work import RayWork
+from radiosity.machines.koan.ray_work import ray_work
 from radiosity.machines.koan.scene_pages import ScenePages
 from radiosity.machines.koan.shared_radiosity import SharedRadiosity, simulate_radiosity
 
@@ -50,7 +50,7 @@ class KoanMachine:
         self._grid = Grid(scene, koan_cell(scene) if cell is None else cell, progress=progress)
         self.patches, self._strings = len(scene), {}
         self.traced: PixelRays = pixel_rays(scene, self._grid, size=size)
-        self.work = RayWork().of_groups(self.traced.hits, self.traced.pixel, size[0] * size[1])
+        self.work = ray_work(self.traced.hits, self.traced.pixel, size[0] * size[1])
 
     def string(self, page_bytes: int) -> tuple[ScenePages, PageString]:
         """The pages of the scene, and the references of each pixel to them."""
@@ -107,7 +107,7 @@ class KoanRadiosity:
         hits = grid.nearest(made)
         self.layout = ScenePages.of(grid.cells, count, page_bytes)
         self.string = ray_pages(grid.cells, self.layout, made, hits, group, count)
-        self.work = RayWork().of_groups(hits, group, count)
+        self.work = ray_work(hits, group, count)
 
     def run(self, *, nodes: int, frames: int = 512, timing: PageTiming | None = None) -> SharedRadiosity:
         """Simulate a machine, see `simulate_radiosity`."""

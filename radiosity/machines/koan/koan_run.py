@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.compiled import compiled
 from golden.base.errors import InputError, check_int
 from radiosity.machines.common.content_hash import content_hash
 from radiosity.machines.common.hypercube import MESSAGES, WORDS
@@ -135,8 +134,9 @@ def simulate_picture(picture: np.ndarray, string: PageString, work: np.ndarray, 
     divided = pixel_items((picture.shape[1], picture.shape[0]), nodes, side=side, schedule=schedule)
     lengths = np.diff(string.first)[divided.pixel]
     first = np.append(0, lengths.cumsum())[divided.first]
-    pages = np.empty(first[-1], dtype=np.int32)
-    _join(string.first, string.page, divided.pixel, pages)
+    # References of pixels one after the other, each of which reads.
+    place = np.repeat(string.first[divided.pixel] - lengths.cumsum() + lengths, lengths) + np.arange(first[-1])
+    pages = 2 * string.page[place]
     touches = np.add.reduceat(string.touches[divided.pixel], divided.first[:-1])
     works = np.add.reduceat(np.asarray(work, dtype=np.int64)[divided.pixel], divided.first[:-1])
     check = timing.access * touches // np.maximum(np.diff(first), 1)
@@ -150,13 +150,3 @@ def simulate_picture(picture: np.ndarray, string: PageString, work: np.ndarray, 
     found.reshape(-1, 3)[made] = picture.reshape(-1, 3)[made]
     return KoanRun(layout=layout, frames=frames, items=divided, times=times, work=int(works.sum()),
                    touches=int(touches.sum()), picture=found, state=state)
-
-
-@compiled
-def _join(first, page, pixels, joined):
-    """References of pixels one after the other, each of which reads."""
-    at = 0
-    for pixel in pixels:
-        for place in range(first[pixel], first[pixel + 1]):
-            joined[at] = 2 * page[place]
-            at += 1

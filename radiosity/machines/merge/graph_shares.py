@@ -1,6 +1,7 @@
 """Graph shares: the cells of a mesh as a graph, bisected on several levels of coarseness."""
 
 import numpy as np
+from scipy import sparse
 
 from golden.base.compiled import compiled
 
@@ -36,7 +37,7 @@ def graph_shares(loads: np.ndarray, edges: np.ndarray, levels: int) -> list[np.n
     scale = _WHOLE / max(loads.sum(), 1e-300)
     vertex = np.rint(loads.ravel() * scale).astype(np.int64)
     weights = np.rint(edges * scale).astype(np.int64)
-    graph = _mesh_graph(vertex, weights, mesh)
+    links = _mesh_links(weights, mesh)
     # Of the order in which vertices are matched.
     rng = np.random.default_rng(0)
     owner = np.zeros(mesh * mesh, dtype=np.int64)
@@ -46,58 +47,56 @@ def graph_shares(loads: np.ndarray, edges: np.ndarray, levels: int) -> list[np.n
         for part in range(1 << level):
             own = np.flatnonzero(owner == part)
             if len(own):
-                halves[own] = 2 * part + _bisected(_part_of(graph, own), rng)
+                halves[own] = 2 * part + _bisected(vertex[own], links[own][:, own], rng)
         owner = halves
         found.append(owner.reshape(mesh, mesh))
     return found
 
 
-def _mesh_graph(vertex, weights, mesh):
-    """Vertex weights, first edge of each vertex, neighbours, and edge weights."""
+def _mesh_links(weights, mesh):
+    """Weights of the edges between neighbours."""
     cell = np.arange(mesh * mesh).reshape(mesh, mesh)
     one = np.concatenate([cell[:, :-1].ravel(), cell[:-1].ravel()])
     other = np.concatenate([cell[:, 1:].ravel(), cell[1:].ravel()])
     both = np.concatenate([weights[0, :, :-1].ravel(), weights[1, :-1].ravel()])
-    source, target, weight = np.append(one, other), np.append(other, one), np.append(both, both)
-    order = np.lexsort((target, source))
-    start = np.searchsorted(source[order], np.arange(mesh * mesh + 1))
-    return vertex, start, target[order], weight[order]
+    return _links(np.append(one, other), np.append(other, one), np.append(both, both), mesh * mesh)
 
 
-def _part_of(graph, own):
-    """The graph of some vertices alone."""
-    vertex, start, target, weight = graph
-    new = np.full(len(vertex), -1, dtype=np.int64)
-    new[own] = np.arange(len(own))
-    sizes = start[own + 1] - start[own]
-    edge = np.repeat(start[own] - np.append(0, np.cumsum(sizes)[:-1]), sizes) + np.arange(sizes.sum())
-    source = np.repeat(np.arange(len(own)), sizes)
-    is_inside = new[target[edge]] >= 0
-    edge, source = edge[is_inside], source[is_inside]
-    return vertex[own], np.searchsorted(source, np.arange(len(own) + 1)), new[target[edge]], weight[edge]
+def _links(source, target, weight, count):
+    """Edges as a matrix, rows sorted by target; weights of the same edge are added, and may be 0."""
+    return sparse.coo_array((weight, (source, target)), shape=(count, count)).tocsr()
 
 
-def _bisected(graph, rng):
-    """The side, 0 or 1, of each vertex."""
+def _bisected(vertex, links, rng):
+    """The side, 0 or 1, of each vertex of a graph with weights of vertices and edges."""
     levels = []
-    while len(graph[0]) > _COARSEST:
-        coarse = _matched(graph[1], graph[2], graph[3], rng.permutation(len(graph[0])))
+    while len(vertex) > _COARSEST:
+        coarse = _matched(links.indptr, links.indices, links.data, rng.permutation(len(vertex)))
         count = int(coarse.max()) + 1
-        if count > 0.95 * len(graph[0]):
+        if count > 0.95 * len(vertex):
             break
-        levels.append((graph, coarse))
-        graph = _contracted(graph, coarse, count)
+        levels.append((vertex, links, coarse))
+        vertex, links = _contracted(vertex, links, coarse, count)
     best = None
-    for start in rng.integers(0, len(graph[0]), _TRIALS):
-        side = _grown(*graph, start)
-        cut = _refined(*graph, side, _PASSES, _MOVES, _SLACK)
+    for start in rng.integers(0, len(vertex), _TRIALS):
+        side = _grown(vertex, links.indptr, links.indices, links.data, start)
+        cut = _refined(vertex, links.indptr, links.indices, links.data, side, _PASSES, _MOVES, _SLACK)
         if best is None or cut < best[0]:
             best = cut, side
     side = best[1]
-    for graph, coarse in reversed(levels):
+    for vertex, links, coarse in reversed(levels):
         side = side[coarse]
-        _refined(*graph, side, _PASSES, _MOVES, _SLACK)
+        _refined(vertex, links.indptr, links.indices, links.data, side, _PASSES, _MOVES, _SLACK)
     return side
+
+
+def _contracted(vertex, links, coarse, count):
+    """The graph of matched vertices: weights are added, and edges within a pair disappear."""
+    source, target = np.repeat(coarse, np.diff(links.indptr)), coarse[links.indices]
+    is_between = source != target
+    total = np.zeros(count, dtype=np.int64)
+    np.add.at(total, coarse, vertex)
+    return total, _links(source[is_between], target[is_between], links.data[is_between], count)
 
 
 @compiled
@@ -116,19 +115,6 @@ def _matched(start, target, weight, order):
         coarse[best] = count
         count += 1
     return coarse
-
-
-def _contracted(graph, coarse, count):
-    """The graph of matched vertices: weights are added, and edges within a pair disappear."""
-    vertex, start, target, weight = graph
-    source, goal = np.repeat(coarse, np.diff(start)), coarse[target]
-    is_between = source != goal
-    key, inverse = np.unique(source[is_between] * count + goal[is_between], return_inverse=True)
-    sums = np.zeros(len(key), dtype=np.int64)
-    np.add.at(sums, inverse, weight[is_between])
-    total = np.zeros(count, dtype=np.int64)
-    np.add.at(total, coarse, vertex)
-    return total, np.searchsorted(key // count, np.arange(count + 1)), key % count, sums
 
 
 @compiled

@@ -1,43 +1,19 @@
 """Line shares: which scanlines each region of the merge has."""
 
 import heapq
-from dataclasses import dataclass
 
 import numpy as np
 
 from golden.base.errors import InputError, check_choice
-from radiosity.machines.common.assignment import shares
+from radiosity.machines.common.assignment import Assignment, shares
 
-__all__ = ["DIVISIONS", "LineShares", "divide_lines"]
+__all__ = ["DIVISIONS", "divide_lines"]
 
 DIVISIONS = ("equal", "recursive", "packed")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LineShares:
-    """Scanlines with new numbers, by which those of a region are consecutive.
-
-    Parameters
-    ----------
-    order
-        H int64: the scanline of each new number.
-    bounds
-        R + 1 int64: the first new number of each region, and the one after the last; lines beyond have no region.
-    """
-
-    order: np.ndarray
-    bounds: np.ndarray
-
-    @property
-    def number(self) -> np.ndarray:
-        """H int64: the new number of each scanline."""
-        number = np.empty_like(self.order)
-        number[self.order] = np.arange(len(self.order))
-        return number
-
-
-def divide_lines(division: str, counts: np.ndarray, regions: int) -> LineShares:
-    """Divide the screen among regions.
+def divide_lines(division: str, counts: np.ndarray, regions: int) -> Assignment:
+    """Divide the screen among regions, each of which has consecutive new numbers of scanlines.
 
     ``equal`` gives all regions as many consecutive lines. ``recursive`` cuts the screen in two where both sides have
     the most equal counts, gives a half of the regions to each side, and so on. ``packed`` gives the line with the most
@@ -65,14 +41,14 @@ def divide_lines(division: str, counts: np.ndarray, regions: int) -> LineShares:
         raise InputError(f"merge: Nodes must be at most the {height} scanlines, not {regions}", parameter="nodes")
     order = np.arange(height)
     if division == "equal":
-        return LineShares(order=order, bounds=np.append(0, np.cumsum(shares(height, regions))))
+        return Assignment(order=order, bounds=np.append(0, np.cumsum(shares(height, regions))))
     if division == "recursive":
         bounds = np.zeros(regions + 1, dtype=np.int64)
         bounds[regions] = height
         _halve(np.append(0, np.cumsum(counts)), bounds, 0, regions)
-        return LineShares(order=order, bounds=bounds)
+        return Assignment(order=order, bounds=bounds)
     owner = _packed(np.asarray(counts), regions)
-    return LineShares(order=np.argsort(owner, kind="stable"),
+    return Assignment(order=np.argsort(owner, kind="stable"),
                       bounds=np.searchsorted(np.sort(owner), np.arange(regions + 1)))
 
 

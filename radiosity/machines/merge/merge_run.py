@@ -6,19 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from golden.base.errors import InputError, check_choice
+from radiosity.machines.common.assignment import Assignment
 from radiosity.machines.common.content_hash import content_hash
 from radiosity.machines.common.hypercube import MESSAGES, WORDS, hypercube
 from radiosity.machines.common.node_programs import run_program, work_step
 from radiosity.machines.common.node_timing import NodeTiming
 from radiosity.machines.common.nodes import check_power_of_two, spread_over_nodes
 from radiosity.machines.merge.exchange_steps import SCHEMES, dimensions_of, mesh_steps
-from radiosity.machines.merge.extended_spans import extended_counts
-from radiosity.machines.merge.line_shares import DIVISIONS, LineShares, divide_lines
+from radiosity.machines.merge.line_shares import DIVISIONS, divide_lines
 from radiosity.machines.merge.merge_programs import all_to_all_ends, division_program, exchange_program
 from radiosity.machines.merge.merge_work import CELL_WORDS, PIXEL_WORDS, MergeWork
 from radiosity.machines.merge.pixel_exchange import MET, SENT, TOUCHED, exchange, received_by_owners, scattered
 from radiosity.machines.merge.screen_triangles import ScreenTriangles
-from radiosity.machines.merge.span_lists import pixel_counts, span_lists
+from radiosity.machines.merge.span_lists import extended_counts, pixel_counts, span_lists
 from radiosity.machines.merge.winning_pixels import Pixels, pixels_of_spans
 
 __all__ = ["MergeRun", "MergeScheme", "check_machine", "simulate_merge"]
@@ -141,7 +141,7 @@ def check_machine(nodes: int, width: int, height: int) -> None:
 
 def simulate_merge(triangles: ScreenTriangles, number: np.ndarray, scheme: MergeScheme, *, nodes: int, width: int,
                    height: int, timing: NodeTiming | None = None, work: MergeWork | None = None,
-                   watch: Callable[[Pixels, LineShares], None] | None = None) -> MergeRun:
+                   watch: Callable[[Pixels, Assignment], None] | None = None) -> MergeRun:
     """Simulate all phases: polygons are dealt in turn, drawn on the whole screen by each node, and pixels merged.
 
     Parameters

@@ -80,24 +80,7 @@ def scattered(pixels: Pixels, bounds: np.ndarray) -> Pixels:
 
     Source: Kurc 1997, section 4.4.5.
     """
-    nodes, cells = len(pixels.start) - 1, int(bounds[-1])
-    depth, shade = np.full(cells, np.inf), np.zeros(cells, dtype=np.uint32)
-    _scatter(pixels.start, pixels.location, pixels.depth, pixels.shade, bounds, depth, shade)
-    location = np.flatnonzero(np.isfinite(depth))
-    return Pixels(np.searchsorted(location, bounds[:nodes + 1]), location, depth[location], shade[location])
-
-
-@compiled
-def _scatter(start, location, depth, shade, bounds, best_depth, best_shade):
-    """Step 0 are the own pixels."""
-    nodes = len(start) - 1
-    for step in range(nodes):
-        for owner in range(nodes):
-            node = owner ^ step
-            own = location[start[node]:start[node + 1]]
-            first = start[node] + np.searchsorted(own, bounds[owner])
-            last = start[node] + np.searchsorted(own, bounds[owner + 1])
-            for at in range(first, last):
-                cell = location[at]
-                if step == 0 or is_before(depth[at], shade[at], best_depth[cell], best_shade[cell]):
-                    best_depth[cell], best_shade[cell] = depth[at], shade[at]
+    order = np.lexsort((pixels.shade, pixels.depth, pixels.location))
+    winners = order[np.flatnonzero(np.diff(pixels.location[order], prepend=-1))]
+    location = pixels.location[winners]
+    return Pixels(np.searchsorted(location, bounds), location, pixels.depth[winners], pixels.shade[winners])

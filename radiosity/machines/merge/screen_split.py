@@ -123,25 +123,9 @@ def faces_of_rectangles(boxes: np.ndarray, regions: np.ndarray) -> NodeFaces:
 
     Source: Kurc 1997, section 6.1.7, Fig. 6.8.
     """
-    start = np.zeros(len(regions) + 1, dtype=np.int64)
-    _meet(boxes, regions, start, start[:0])
-    face = np.empty(start[-1], dtype=np.int64)
-    _meet(boxes, regions, start, face)
-    return NodeFaces(start, face)
-
-
-@compiled
-def _meet(boxes, regions, start, face):
-    """Count the boxes of each region if ``face`` is empty, else write them."""
-    count = 0
-    for node in range(len(regions)):
-        left, top, right, bottom = regions[node]
-        for box in range(len(boxes)):
-            if boxes[box, 0] <= right and boxes[box, 2] >= left and boxes[box, 1] <= bottom and boxes[box, 3] >= top:
-                if len(face):
-                    face[count] = box
-                count += 1
-        start[node + 1] = count
+    own = [np.flatnonzero((boxes[:, :2] <= region[2:]).all(axis=1) & (boxes[:, 2:] >= region[:2]).all(axis=1))
+           for region in regions]
+    return NodeFaces(np.cumsum([0, *map(len, own)]), np.concatenate(own))
 
 
 def faces_of_cells(boxes: np.ndarray, owner: np.ndarray, nodes: int, width: int, height: int) -> NodeFaces:

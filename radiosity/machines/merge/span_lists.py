@@ -7,7 +7,7 @@ import numpy as np
 from golden.base.compiled import compiled
 from radiosity.machines.merge.screen_triangles import ScreenTriangles
 
-__all__ = ["SpanLists", "pixel_counts", "span_lists"]
+__all__ = ["SpanLists", "extended_counts", "pixel_counts", "span_lists"]
 
 _FIELDS = 8
 
@@ -35,6 +35,20 @@ class SpanLists(NamedTuple):
 def pixel_counts(spans: SpanLists, nodes: int) -> np.ndarray:
     """P int64: the pixels that each node generates."""
     return np.bincount(spans.node, spans.right - spans.left + 1, nodes).astype(np.int64)
+
+
+def extended_counts(spans: SpanLists, nodes: int, height: int) -> np.ndarray:
+    """P x H int64: locations that the spans of each node cover on each line, counted without drawing them.
+
+    Spans that meet or touch become one. The printed algorithm keeps the last of these alone; ours adds them.
+
+    Source: Kurc 1997, section 4.5.2, Fig. 4.2.
+    """
+    row, width = spans.node * height + spans.line, spans.right.max(initial=0) + 1
+    # All rows one after the other: what a span covers beyond those before it.
+    first, end = row * width + spans.left, np.maximum.accumulate(row * width + spans.right + 1)
+    covered = end - np.maximum(first, np.append(0, end[:-1]))
+    return np.bincount(row, covered, nodes * height).astype(np.int64).reshape(nodes, height)
 
 
 def span_lists(triangles: ScreenTriangles, node: np.ndarray, width: int, height: int,

@@ -45,8 +45,6 @@ class VolumeRun:
         P int64: ns in which each node has its faces.
     sent
         P x 2 int64: messages and words that each node has sent.
-    timing
-        Of a node.
     """
 
     splitter: str
@@ -58,7 +56,6 @@ class VolumeRun:
     alone: int
     split_ends: np.ndarray
     sent: np.ndarray
-    timing: NodeTiming
 
     @property
     def faces(self) -> np.ndarray:
@@ -83,18 +80,18 @@ class VolumeRun:
     @property
     def time(self) -> int:
         """Ns until the last node has drawn its region."""
-        return int((self.split_ends + self.operations * self.timing.operation).max())
+        return int((self.split_ends + self.operations * PARSYTEC.operation).max())
 
     def report(self) -> dict:
         """Times, traffic and hashes, ready for JSON."""
         nodes = len(self.faces)
-        alone = self.alone * self.timing.operation
+        alone = self.alone * PARSYTEC.operation
         return {
             "nodes": nodes, "splitter": self.splitter, "weighted": self.is_weighted, "faces": self.count,
             "width": self.split.owner.shape[1], "height": self.split.owner.shape[0],
             "pixels_of_the_picture": int(np.count_nonzero(self.work.picture[..., 3])),
             "seconds": self.time / 1e9, "alone_seconds": alone / 1e9, "speedup": alone / self.time,
-            "drawing": {"seconds": int(self.operations.max()) * self.timing.operation / 1e9, "speedup": self.speedup},
+            "drawing": {"seconds": int(self.operations.max()) * PARSYTEC.operation / 1e9, "speedup": self.speedup},
             "splitting_seconds": int(self.split_ends.max()) / 1e9,
             "balance": self.balance, "growth": self.growth,
             "traffic": {"messages": int(self.sent[:, MESSAGES].sum()), "words": int(self.sent[:, WORDS].sum())},
@@ -104,9 +101,10 @@ class VolumeRun:
 
 
 def simulate_volume(volume: ScreenVolume, splitter: str, *, nodes: int, is_weighted: bool = True,
-                    mesh: int | None = None, timing: NodeTiming = PARSYTEC, is_sampled: bool = True,
-                    alone: int | None = None) -> VolumeRun:
+                    mesh: int | None = None, is_sampled: bool = True, alone: int | None = None) -> VolumeRun:
     """Simulate all phases: boxes are made, the screen is split, faces are sent, and each node draws its region alone.
+
+    Times are those of a `PARSYTEC`.
 
     Parameters
     ----------
@@ -118,8 +116,6 @@ def simulate_volume(volume: ScreenVolume, splitter: str, *, nodes: int, is_weigh
         P, a power of two up to 1024.
     is_weighted
         Whether spans and pixels count beside faces, by the operations that they take.
-    timing
-        Of a node. Default: the Parsytec CC's.
     is_sampled
         See `render_regions`.
     alone
@@ -141,14 +137,14 @@ def simulate_volume(volume: ScreenVolume, splitter: str, *, nodes: int, is_weigh
     if alone is None:
         whole = split_screen("hs", volume.boxes, weights, nodes=1, **size)
         alone = int(_operations(weights, whole, render_regions(volume, whole, is_sampled=False))[0])
-    cube, shape, tallied = hypercube(nodes, timing), (volume.height, volume.width), 0
+    cube, shape, tallied = hypercube(nodes, PARSYTEC), (volume.height, volume.width), 0
     if splitter in MESHES:
         shape = (mesh_of(splitter, mesh, **size),) * 2
         cells = volume.boxes // np.tile(np.array([volume.width, volume.height]) // shape, 2)
         tallied = int(np.prod(cells[:, 2:] - cells[:, :2] + 1, axis=1).sum())
-    ends = split_ends(splitter, face_moves(split.faces, len(volume.faces)), tallied, cube, timing, shape=shape)
+    ends = split_ends(splitter, face_moves(split.faces, len(volume.faces)), tallied, cube, PARSYTEC, shape=shape)
     return VolumeRun(splitter=splitter, is_weighted=is_weighted, count=len(volume.faces), split=split, work=work,
-                     operations=operations, alone=alone, split_ends=ends, sent=cube.sent, timing=timing)
+                     operations=operations, alone=alone, split_ends=ends, sent=cube.sent)
 
 
 def _operations(weights, split, work):

@@ -35,6 +35,8 @@ class ClusterMemory:
     -------
     residents, hits, misses
         Counts of references, by the level that has served them.
+    held
+        Numbers of the resident patches that have arrived.
     dropped
         Patches that the host has sent here and that are not of the resident set.
     """
@@ -42,7 +44,7 @@ class ClusterMemory:
     def __init__(self, agenda: Agenda, timing: PaperTiming, *, named: frozenset[int] | None,
                  resident: frozenset[int], held: set[int],
                  cache: Cache | None, request: Callable[[int], object]):
-        self._agenda, self._timing, self._resident, self._held = agenda, timing, resident, held
+        self._agenda, self._timing, self._resident, self.held = agenda, timing, resident, held
         self._named, self._cache, self._request = named, cache, request
         # Actions that await patches, by patch; patches whose requests wait.
         self._awaited, self._waiting, self._outstanding = {}, deque(), 0
@@ -59,7 +61,7 @@ class ClusterMemory:
         """
         if patch in self._resident:
             self.residents += 1
-            if patch in self._held:
+            if patch in self.held:
                 self._agenda.at(self._agenda.now + self._timing.resident, ready, *arguments)
             else:
                 self._awaited[patch] = ready, arguments
@@ -77,7 +79,7 @@ class ClusterMemory:
         if patch not in self._resident:
             self.dropped += 1
             return
-        self._held.add(patch)
+        self.held.add(patch)
         self._wake(patch)
 
     def answer(self, patch: int) -> None:

@@ -98,7 +98,7 @@ class PaperRun:
         return self.nodes > CALIBRATED
 
     def total(self, name: str) -> int:
-        """A count of `PaperStep` or `MemoryCounts`, of all steps and clusters."""
+        """A count of `PaperStep` or `ClusterMemory`, of all steps and clusters."""
         return sum(getattr(step, name) if hasattr(step, name) else sum(getattr(one, name) for one in step.memories)
                    for step in self.steps)
 
@@ -106,7 +106,7 @@ class PaperRun:
         """Counts ready for JSON."""
         spec, steps = self.spec, self.steps
         rays = sum(len(frustum.record) for step in steps for frustum in step.prepared.frusta)
-        received = np.sum([[memory.held + memory.misses for memory in step.memories] for step in steps], axis=0)
+        received = np.sum([[len(memory.held) + memory.misses for memory in step.memories] for step in steps], axis=0)
         return {
             "scene": spec.scene, "patches": self.patches, "cell": spec.cell, "steps": spec.steps,
             "sources": [step.prepared.source for step in steps], "frusta": spec.steps * spec.samples**2, "rays": rays,
@@ -120,7 +120,7 @@ class PaperRun:
                         "messages": sum(len(merged.patch) for step in steps for merged in step.sums)},
             "memory": {"capacity": self.capacity, "resident_references": self.total("residents"),
                        "cache_hits": self.total("hits"), "main_references": self.total("misses"),
-                       "most_held": max(memory.held for step in steps for memory in step.memories),
+                       "most_held": max(len(memory.held) for step in steps for memory in step.memories),
                        "most_deferred": max(one.most_deferred for step in steps for one in step.counts)},
             "of_a_node": spread_over_nodes(
                 tests=self._of_nodes("tests"), steps=self._of_nodes("steps"), references=self._of_nodes("patches"),

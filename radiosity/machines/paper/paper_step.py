@@ -16,26 +16,7 @@ from radiosity.machines.paper.patch_host import PatchHost
 from radiosity.machines.paper.prepared_step import PreparedStep
 from radiosity.machines.paper.supply import Supply
 
-__all__ = ["MemoryCounts", "PaperStep", "simulate_steps"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class MemoryCounts:
-    """References of a cluster by level.
-
-    Parameters
-    ----------
-    residents, hits, misses
-        References that the resident set, the cache and main memory have served.
-    held, dropped
-        Patches in the resident memory at the end, and patches that were sent here without being resident.
-    """
-
-    residents: int
-    hits: int
-    misses: int
-    held: int
-    dropped: int
+__all__ = ["PaperStep", "simulate_steps"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,7 +30,7 @@ class PaperStep:
     cycles
         From its start to the last message at the host.
     counts, memories
-        Of each cluster.
+        Of each cluster; the latter as they are at the end.
     pushed, replies, link_words, root_cycles
         See `PatchHost`.
     sums
@@ -59,7 +40,7 @@ class PaperStep:
     prepared: PreparedStep
     cycles: int
     counts: tuple[ClusterCounts, ...]
-    memories: tuple[MemoryCounts, ...]
+    memories: tuple[ClusterMemory, ...]
     pushed: int
     replies: int
     link_words: int
@@ -87,6 +68,7 @@ def simulate_steps(steps: Iterable[PreparedStep], config: Config, timing: PaperT
             held = [set() for _ in step.plan.sectors]
             caches = [_cache(config, supply) for _ in held]
         found.append(_simulate(step, timing, supply, held, caches))
+        held = [memory.held for memory in found[-1].memories]
     return found
 
 
@@ -102,8 +84,7 @@ def _simulate(step, timing, supply, held, caches):
     host = PatchHost(agenda, timing, levels=levels, accept=lambda cluster, patch: memories[cluster].accept(patch),
                      answer=lambda cluster, patch: memories[cluster].answer(patch))
     resident = [frozenset(own.tolist()) if supply is Supply.PUSHED else frozenset() for own in plan.resident]
-    for own, chosen in zip(held, resident, strict=True):
-        own &= chosen
+    held = [own & chosen for own, chosen in zip(held, resident, strict=True)]
     tags, named, begin = plan.tags, None, 0
     if supply is not Supply.PULLED:
         named = _named(tags, clusters)
@@ -130,10 +111,8 @@ def _simulate(step, timing, supply, held, caches):
         sums.append(merged)
         end = max(end, last)
     return PaperStep(
-        prepared=step, cycles=end, counts=tuple(one.counts for one in made), pushed=host.pushed, replies=host.replies,
-        link_words=host.link_words, root_cycles=host.busy, sums=tuple(sums),
-        memories=tuple(MemoryCounts(residents=one.residents, hits=one.hits, misses=one.misses, dropped=one.dropped,
-                                    held=len(own)) for one, own in zip(memories, held, strict=True)))
+        prepared=step, cycles=end, counts=tuple(one.counts for one in made), memories=tuple(memories),
+        pushed=host.pushed, replies=host.replies, link_words=host.link_words, root_cycles=host.busy, sums=tuple(sums))
 
 
 def _named(tags, clusters):

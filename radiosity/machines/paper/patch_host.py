@@ -4,7 +4,6 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from radiosity.machines.paper.agenda import Agenda
-from radiosity.machines.paper.distributor import Distributor
 from radiosity.machines.paper.paper_timing import PaperTiming
 
 __all__ = ["PatchHost"]
@@ -12,6 +11,9 @@ __all__ = ["PatchHost"]
 
 class PatchHost:
     """Requests ascend the tree, one a cycle on each link; patches descend it. A reply precedes a patch to push.
+
+    All links are equally wide, and all patches come from the root. So a patch waits there alone: below it no link has
+    more traffic than the root's. Switches forward it word by word (cut-through).
 
     Parameters
     ----------
@@ -35,27 +37,16 @@ class PatchHost:
                  accept: Callable[[int, int], object], answer: Callable[[int, int], object]):
         self._agenda, self._timing, self._levels = agenda, timing, levels
         self._accept, self._answer = accept, answer
-        self._tree = Distributor(levels=levels, switch=timing.switch)
-        # Of each level, the first cycle in which the link above a node is free.
-        self._free = [[0] * (1 << level) for level in range(levels + 1)]
+        # The first cycle in which the root can send down; of each level that in which the link above a node is free.
+        self._root, self._free = 0, [[0] * (1 << level) for level in range(levels + 1)]
         self._replies, self._pushes, self._is_serving = deque(), deque(), False
-        self.pushed = self.replies = 0
-
-    @property
-    def link_words(self) -> int:
-        """Words over all links."""
-        return self._tree.link_words
-
-    @property
-    def busy(self) -> int:
-        """Cycles of the link at the root."""
-        return self._tree.root_words
+        self.pushed = self.replies = self.link_words = self.busy = 0
 
     def announce(self, links: Iterable[int]) -> int:
         """Send tags, a word each, over so many links each: when all clusters have them."""
         time = self._agenda.now
         for number in links:
-            time = self._tree.send(self._agenda.now, number, words=1)
+            time = self._descend(number, words=1)
         return time
 
     def push(self, patch: int, clusters: Iterable[int], links: int) -> None:
@@ -82,9 +73,9 @@ class PatchHost:
     def _serve(self):
         if self._is_serving:
             return
-        if self._tree.free > self._agenda.now:
+        if self._root > self._agenda.now:
             self._is_serving = True
-            self._agenda.at(self._tree.free, self._end)
+            self._agenda.at(self._root, self._end)
             return
         if self._replies:
             (patch, clusters, links), deliver = self._replies.popleft(), self._answer
@@ -94,11 +85,18 @@ class PatchHost:
             self.pushed += 1
         else:
             return
-        arrival = self._tree.send(self._agenda.now, links, words=self._timing.words)
+        arrival = self._descend(links, words=self._timing.words)
         for cluster in clusters:
             self._agenda.at(arrival, deliver, cluster, patch)
         self._is_serving = True
-        self._agenda.at(self._tree.free, self._end)
+        self._agenda.at(self._root, self._end)
+
+    def _descend(self, links, *, words):
+        """Send a packet over so many links: the cycle in which all its clusters have its last word."""
+        self._root = max(self._agenda.now, self._root) + words
+        self.busy += words
+        self.link_words += words * links
+        return self._root + self._levels * self._timing.switch
 
     def _end(self):
         self._is_serving = False

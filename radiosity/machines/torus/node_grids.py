@@ -10,7 +10,7 @@ from radiosity.machines.torus.node_boxes import NodeBoxes
 from radiosity.machines.torus.object_tests import meets_box
 from radiosity.machines.torus.torus_scene import Objects
 
-__all__ = ["NodeGrids", "array_bytes", "chain_search", "hash_bytes", "node_grids", "representation_gain"]
+__all__ = ["NodeGrids", "node_grids"]
 
 _NONE = -1
 # Voxels take in what touches them within so many of their sizes, so that rounding loses no object.
@@ -176,38 +176,3 @@ def _surround(grids, node):
                     else:
                         grids.table[table + index] = -2 - face
                 index += 1
-
-
-def array_bytes(subdivisions: int, references: int, shared: int) -> int:
-    """Bytes of an array by the source's formula 4.4, which leaves the shell out."""
-    return 4 * subdivisions ** 3 + 8 * (references - shared)
-
-
-def hash_bytes(entries: int, references: int) -> int:
-    """Bytes of a hash table by the source's formula 4.5, which leaves the bits out."""
-    return 4 * entries + 12 * references
-
-
-def representation_gain(subdivisions: int, entries: int, references: int, shared: int) -> int:
-    """Bytes that a hash table saves, beta of formula 4.6; an array is the smaller one where it is negative."""
-    return array_bytes(subdivisions, references, shared) - hash_bytes(entries, references)
-
-
-def chain_search(grids: NodeGrids, node: int) -> tuple[float, float]:
-    """Entries of a chain that are compared for a voxel that is not empty: counted, and of random chains.
-
-    Formulas 4.2 and 4.3 of the source: sum n^2 / 2 F + 1/2 over chains of n entries, and 1 + rho / 2 at a load of rho.
-    Voxels, of which the source speaks, have one entry each here, whatever their objects are.
-    """
-    entries, start = grids.shape[node, Grid.ENTRIES], grids.shape[node, Grid.TABLE]
-    lengths = np.zeros(entries)
-    for slot in range(entries):
-        seen, at = set(), grids.table[start + slot]
-        while at != _NONE:
-            seen.add(int(grids.references[at, Reference.TAG]))
-            at = grids.references[at, Reference.NEXT]
-        lengths[slot] = len(seen)
-    full = lengths.sum()
-    if not full:
-        return 1.0, 1.0
-    return float((lengths ** 2).sum() / (2 * full) + 0.5), float(1 + full / entries / 2)

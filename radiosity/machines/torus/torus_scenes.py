@@ -42,33 +42,29 @@ def spheres40(seed: int = 0) -> TorusScene:
                   [[-3, 4, -4, 0.1, 0.6, 0.6, 0.6], [4, 3, -3, 0.1, 0.4, 0.4, 0.4]], eye=(0, 0, -3.5), target=(0, 0, 0))
 
 
-def _quad(one, two, three, four):
-    return [list(one), list(two), list(three), list(four)]
-
-
 def _box(low, high):
     """Six faces of a box."""
     (a, b, c), (x, y, z) = low, high
-    return [_quad((a, b, c), (a, y, c), (x, y, c), (x, b, c)), _quad((a, b, z), (x, b, z), (x, y, z), (a, y, z)),
-            _quad((a, b, c), (a, b, z), (a, y, z), (a, y, c)), _quad((x, b, c), (x, y, c), (x, y, z), (x, b, z)),
-            _quad((a, b, c), (x, b, c), (x, b, z), (a, b, z)), _quad((a, y, c), (a, y, z), (x, y, z), (x, y, c))]
+    return [[(a, b, c), (a, y, c), (x, y, c), (x, b, c)], [(a, b, z), (x, b, z), (x, y, z), (a, y, z)],
+            [(a, b, c), (a, b, z), (a, y, z), (a, y, c)], [(x, b, c), (x, y, c), (x, y, z), (x, b, z)],
+            [(a, b, c), (x, b, c), (x, b, z), (a, b, z)], [(a, y, c), (a, y, z), (x, y, z), (x, y, c)]]
 
 
 def _prism(centre, radius, low, high, sides):
     """Sides and a top of triangles of an upright prism."""
     angle = 2 * np.pi * np.arange(sides + 1) / sides
     x, z = centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)
-    found = [_quad((x[i], low, z[i]), (x[i], high, z[i]), (x[i + 1], high, z[i + 1]), (x[i + 1], low, z[i + 1]))
+    found = [[(x[i], low, z[i]), (x[i], high, z[i]), (x[i + 1], high, z[i + 1]), (x[i + 1], low, z[i + 1])]
              for i in range(sides)]
-    return found + [_quad((centre[0], high, centre[1]), (x[i], high, z[i]), (x[i + 1], high, z[i + 1]),
-                          (x[i + 1], high, z[i + 1])) for i in range(sides)]
+    return found + [[(centre[0], high, centre[1]), (x[i], high, z[i]), (x[i + 1], high, z[i + 1]),
+                      (x[i + 1], high, z[i + 1])] for i in range(sides)]
 
 
 def _cone(centre, radius, low, high, sides):
     """A lampshade of triangles that meet in its apex."""
     angle = 2 * np.pi * np.arange(sides + 1) / sides
     x, z = centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)
-    return [_quad((centre[0], high, centre[1]), (x[i + 1], low, z[i + 1]), (x[i], low, z[i]), (x[i], low, z[i]))
+    return [[(centre[0], high, centre[1]), (x[i + 1], low, z[i + 1]), (x[i], low, z[i]), (x[i], low, z[i])]
             for i in range(sides)]
 
 
@@ -79,8 +75,8 @@ def barroom367(seed: int = 0) -> TorusScene:
     (104 with their crossbars), less one hidden face. The seed draws where furniture and lamps are.
     """
     rng = np.random.default_rng(seed)
-    walls = [_quad((-2, 0, -2), (-2, 0, 2), (2, 0, 2), (2, 0, -2)), _quad((-2, 0, 2), (-2, 3, 2), (2, 3, 2), (2, 0, 2)),
-             _quad((2, 0, 2), (2, 3, 2), (2, 3, -2), (2, 0, -2))]
+    walls = [[(-2, 0, -2), (-2, 0, 2), (2, 0, 2), (2, 0, -2)], [(-2, 0, 2), (-2, 3, 2), (2, 3, 2), (2, 0, 2)],
+             [(2, 0, 2), (2, 3, 2), (2, 3, -2), (2, 0, -2)]]
     table, lamps, stools = rng.uniform(-0.3, 0.3, 2), [], []
     parts = _box((table[0] - 0.7, 0.95, table[1] - 0.5), (table[0] + 0.7, 1.0, table[1] + 0.5))
     for x in (-0.6, 0.6):
@@ -124,12 +120,8 @@ def face954(seed: int = 0) -> TorusScene:
         at, width = rng.uniform(-0.35, 0.35, 2), rng.uniform(0.08, 0.2)
         z = z + rng.uniform(-0.25, 0.15) * np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / width ** 2)
     points = np.stack([x, y, z], axis=2)
-    corners = []
-    for i in range(columns):
-        for j in range(rows):
-            one, two, three, four = points[i, j], points[i, j + 1], points[i + 1, j + 1], points[i + 1, j]
-            corners += [_quad(one, two, three, three), _quad(one, three, four, four)]
-    corners = np.array(corners)
+    one, two, three, four = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
+    corners = np.stack([one, two, three, three, one, three, four, four], axis=2).reshape(-1, 4, 3)
     return _scene("face954", corners, np.full(len(corners), 3), np.tile([0.7, 0.5, 0.4], (len(corners), 1)),
                   np.zeros(len(corners)), [[-3, 3, -4, 0.1, 0.7, 0.7, 0.7], [3, 1, -4, 0.1, 0.3, 0.3, 0.3]],
                   eye=(0, 0, -3.6), target=(0, 0, 0))

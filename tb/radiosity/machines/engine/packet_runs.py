@@ -17,8 +17,8 @@ def run_packets(routing: Routing, given: Packets, **parameters) -> np.ndarray:
     P x 3 int64: cycles in which each packet's first flit entered, and its last one left and was accepted.
     """
     network = packet_network(routing, packets=len(given), **parameters)
-    network.packets[:, [Packet.SOURCE, Packet.DESTINATION, Packet.LENGTH, Packet.MESSAGE, Packet.MADE]] = np.stack(
-        [given.source, given.destination, given.length, given.message, given.made], axis=1)
+    network.packets[:, [Packet.SOURCE, Packet.DESTINATION, Packet.LENGTH, Packet.MADE]] = np.stack(
+        [given.source, given.destination, given.length, given.made], axis=1)
     order, sent, cycle = np.argsort(given.made, kind="stable"), 0, 0
     while sent < len(given) or network.counts[Count.UNARRIVED]:
         while sent < len(given) and given.made[order[sent]] <= cycle:

@@ -14,7 +14,8 @@ from radiosity.machines.engine.cluster_latencies import cluster_timing
 from radiosity.machines.engine.found_ahead import found_ahead
 from radiosity.machines.engine.job_latencies import bus_timing, joint_timing, store_timing
 from radiosity.machines.engine.joint_cast import joint_cast
-from radiosity.machines.engine.section_trace import SectionTrace, TraceSource, run_stages
+from radiosity.machines.engine.section_trace import SectionTrace, run_stages
+from tb.radiosity.machines.engine.trace_source import TraceSource
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 

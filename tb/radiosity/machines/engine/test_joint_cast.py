@@ -15,9 +15,9 @@ from golden.engine.noc.topology import Topology
 from radiosity.machines.engine.cluster_latencies import cluster_timing
 from radiosity.machines.engine.job_latencies import joint_timing
 from radiosity.machines.engine.joint_cast import JointTiming, joint_cast
-from radiosity.machines.engine.section_trace import replay
 from tb.radiosity.machines.engine.scenarios import joint_casts, joint_runs, joint_traces
 from tb.radiosity.machines.engine.simpy_joint import simpy_joint
+from tb.radiosity.machines.engine.trace_source import replay
 
 CONFIG = cut_config(4)
 pytestmark = pytest.mark.usefixtures("interpreted")

@@ -26,11 +26,10 @@ def check(routing, given, **parameters):
 @pytest.mark.parametrize("name", TOPOLOGIES)
 def test_packets_arrive_in_the_cycles_of_the_cycle_accurate_model(name):
     for number, routing in networks(name):
-        messages = 1 + number % 2
         given = packets(np.random.default_rng([7, number]), routing.topology, "uniform", flits=300, load=0.6,
-                        longest=6, messages=messages)
-        check(routing, given, buffer_flits=(8, 1, 3)[number % 3], messages=messages,
-              arbitration=ARBITRATIONS[number % 2], router_cycles=1 + number // 2 % 2)
+                        longest=6)
+        check(routing, given, buffer_flits=(8, 1, 3)[number % 3], arbitration=ARBITRATIONS[number % 2],
+              router_cycles=1 + number // 2 % 2)
 
 
 @pytest.mark.parametrize(("wrong", "error", "message"), [

@@ -11,9 +11,9 @@ from golden.engine.cast.shelling import Shelling
 from golden.engine.ctu.sector import Sector
 from golden.scene.builtin import builtin_scene
 from radiosity.machines.engine.cluster_latencies import cluster_timing
-from radiosity.machines.engine.section_trace import replay
 from radiosity.machines.engine.simulated_cast import cast_section
 from tb.golden.engine.cast.drawn_shadows import drawn_frustum
+from tb.radiosity.machines.engine.trace_source import replay
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 

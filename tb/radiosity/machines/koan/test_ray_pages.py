@@ -11,7 +11,7 @@ from golden.cast.grid import Grid
 from golden.scene.builtin import builtin_scene
 from radiosity.machines.koan.pixel_rays import pixel_rays
 from radiosity.machines.koan.ray_pages import ray_pages
-from radiosity.machines.koan.ray_work import RayWork
+from radiosity.machines.koan.ray_work import ray_work
 from radiosity.machines.koan.scene_pages import ScenePages
 
 SIZE = (16, 12)
@@ -99,6 +99,6 @@ def test_pages_of_other_sizes_are_refused(page_bytes):
 
 def test_work_is_that_of_rays_cells_and_tests():
     _, _, made = traced("cornell")
-    work = RayWork().of_groups(made.hits, made.pixel, SIZE[0] * SIZE[1])
+    work = ray_work(made.hits, made.pixel, SIZE[0] * SIZE[1])
     assert work.sum() == 587_000 * len(made.pixel) + 46_960 * made.hits.steps.sum() + 176_100 * made.hits.tests.sum()
     assert work.min() >= 587_000

@@ -104,7 +104,7 @@ def test_a_pushed_patch_leaves_the_root_once():
     step = simulated(Supply.PUSHED)[0]
     assert step.root_cycles == step.prepared.plan.tags.sent.sum() + TIMING.words * (step.pushed + step.replies)
     assert sum(map(len, step.prepared.plan.resident)) > step.pushed
-    assert sum(memory.held for memory in step.memories) == sum(map(len, step.prepared.plan.resident))
+    assert sum(len(memory.held) for memory in step.memories) == sum(map(len, step.prepared.plan.resident))
 
 
 def test_main_memory_has_its_latency():

@@ -65,3 +65,13 @@ def test_tags_are_announced_before_patches():
     bench.agenda.run()
     assert bench.accepted == [(3 + 6 + 6, 0, 9)]
     assert (bench.host.busy, bench.host.link_words) == (9, 12 + 18)
+
+
+def test_a_patch_to_more_clusters_takes_the_root_as_long():
+    """That is what pushes a patch on both sides once, where clusters would request it one by one."""
+    bench = Bench()
+    bench.host.push(9, [0, 1, 2, 3], 7)
+    bench.host.push(8, [2], 3)
+    bench.agenda.run()
+    assert [time for time, _, _ in bench.accepted] == [12] * 4 + [18]
+    assert (bench.host.busy, bench.host.link_words) == (12, 6 * 10)

@@ -1,17 +1,11 @@
-"""Voxels have the objects whose surface meets them, as an array and as a hash table, with the source's bytes."""
+"""Voxels have the objects whose surface meets them, as an array and as a hash table."""
 
 import numpy as np
 import pytest
 
 from radiosity.machines.torus.columns import Grid, Reference
 from radiosity.machines.torus.node_boxes import node_boxes
-from radiosity.machines.torus.node_grids import (
-    array_bytes,
-    chain_search,
-    hash_bytes,
-    node_grids,
-    representation_gain,
-)
+from radiosity.machines.torus.node_grids import node_grids
 from radiosity.machines.torus.object_tests import meets_box
 from radiosity.machines.torus.torus_scenes import barroom367
 from tb.radiosity.machines.torus.torus_cases import drawn_scene
@@ -107,28 +101,3 @@ def test_the_voxel_of_a_lampshade_s_apex_keeps_its_triangles():
     grids = grids_of(barroom367(), v=41, side=1)
     lengths = [len(one) for one in members(grids, 0, 41).values()]
     assert max(lengths) >= 78
-
-
-@pytest.mark.parametrize(("v", "hashed", "plain", "gain", "array", "table"), [
-    (5, 70, 29, -4123, 732, 17_224), (41, 5591, 2312, 52_676, 294_180, 83_476),
-    (25, 5400, 4336, 4001, 97_188, 81_184)])
-def test_bytes_are_those_of_table_4_7(v, hashed, plain, gain, array, table):
-    """Its printed gain is in words of 4 bytes."""
-    assert array_bytes(v, plain, 0) == array
-    assert hash_bytes(4096, hashed) == table
-    assert representation_gain(v, 4096, hashed, hashed - plain) == 4 * gain
-
-
-def test_formula_4_2_is_the_mean_of_all_searches():
-    grids, searches = grids_of(drawn_scene(5), entries=64), []
-    for node in range(4):
-        for slot in range(64):
-            at, seen = grids.table[grids.shape[node, Grid.TABLE] + slot], []
-            while at != -1:
-                seen.append(int(grids.references[at, Reference.TAG]))
-                at = grids.references[at, Reference.NEXT]
-            if node == 0:
-                searches += [rank + 1 for rank in range(len(set(seen)))]
-    counted, drawn = chain_search(grids, 0)
-    assert counted == pytest.approx(np.mean(searches))
-    assert 1 < drawn < counted * 1.5

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radiosity.machines.merge.extended_spans import extended_counts
+from radiosity.machines.merge.span_lists import extended_counts
 from radiosity.machines.merge.winning_pixels import pixels_of_spans
 from tb.radiosity.machines.merge.drawn import spans_of
 
