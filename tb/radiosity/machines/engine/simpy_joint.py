@@ -82,7 +82,7 @@ class _Network:
         """A packet that may enter from a cycle on."""
         packet = self._unused.pop()
         self._about[packet] = source, destination, patch
-        self._network.packets[packet, :Packet.ENTERED] = source, destination, length, 0, made
+        self._network.packets[packet, :Packet.ENTERED] = source, destination, length, made
         send(self._network, packet)
 
     def cycle(self, cycle):
