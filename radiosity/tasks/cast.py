@@ -70,7 +70,7 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: s
     output, picture
         Files for the hits (.npz) and for a picture of the patches that they are on (.png).
     caster
-        Gives a `radiosity.cli.casting_method.CastOutcome` of a record, a geometry and weights.
+        Gives a `radiosity.tasks.machine_cast.MachineCastResult` of a record, a geometry and weights.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: s
     extra, text, agrees = {}, "", True
     if caster:
         outcome = caster(record, geometry, weights)
-        hits, extra, text, agrees = outcome.hits, outcome.report, outcome.text, outcome.agrees
+        hits, extra, text, agrees = outcome.hits, {method: outcome.report}, outcome.text, outcome.agrees
     elif method == "naive":
         hits = NaiveFixed(geometry, config).cast(record)
     else:
