@@ -113,13 +113,9 @@ def cast_command(machine=None) -> click.Command:
             def caster(record, geometry, weights):
                 return chosen.cast(record, geometry, config, cell=cell, weights=weights, title=scene, **shared)
         choice = FrustumChoice(origin=origin, normal=normal, patch=patch, rays=rays, screen=screen)
-        result = cast_frustum(scene, choice, config, method=method, cell=cell, compare=compare, output=output,
-                              clusters=1 if clusters is None else clusters, picture=picture, caster=caster)
-        for warning in result.warnings:
-            console().warn(warning)
-        console().report(result.report, result.text)
-        if not result.agrees:
-            sys.exit(1)
+        _report(*cast_frustum(scene, choice, config, warn=console().warn, method=method, cell=cell, compare=compare,
+                              output=output, clusters=1 if clusters is None else clusters, picture=picture,
+                              caster=caster))
     return cast
 
 
@@ -134,9 +130,13 @@ def _cast_shadows(scene, config, chosen, options, *, compare, cell, **given):
 
     def caster(opened):
         return chosen.frusta(opened, cell=cell, shadows=True, **options)
-    result = cast_shadows(scene, config, compare=compare, cell=cell, caster=caster if chosen else None, **given)
-    console().report(result.report, result.text)
-    if not result.agrees:
+    _report(*cast_shadows(scene, config, compare=compare, cell=cell, caster=caster if chosen else None, **given))
+
+
+def _report(report, text, agrees):
+    """Print what was found; exit with code 1 unless all comparisons agree."""
+    console().report(report, text)
+    if not agrees:
         sys.exit(1)
 
 
