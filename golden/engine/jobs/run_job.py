@@ -164,29 +164,15 @@ class _Machine:
         if (phase, frustum) not in self._hits:
             record = self._job.phases[phase].request.records[frustum]
             caster = self._caster(phase, len(record))
-            self._hits[phase, frustum] = caster.blocked(record) if record.bundle == Bundle.SHADOW \
-                else caster.cast(record)
+            hits = caster.blocked(record) if record.bundle == Bundle.SHADOW else caster.cast(record)
+            # Shelling adds its counts.
+            self._hits[phase, frustum] = hits if self._brute_force else hits[0]
         return self._hits[phase, frustum]
 
     def _caster(self, phase, rays):
         """Casts whole frusta, also those that are larger than a cluster's ray memory."""
         if phase not in self._casters:
             config, request = self._job.config.for_rays(rays), self._job.phases[phase].request
-            self._casters[phase] = NaiveFixed(request.geometry, config) if self._brute_force else _Whole(
-                Shelling.of_cells(request.geometry, request.table, config))
+            self._casters[phase] = NaiveFixed(request.geometry, config) if self._brute_force else Shelling.of_cells(
+                request.geometry, request.table, config)
         return self._casters[phase]
-
-
-class _Whole:
-    """Shelling without its counts."""
-
-    def __init__(self, shelling: Shelling):
-        self._shelling = shelling
-
-    def cast(self, record):
-        """The hits."""
-        return self._shelling.cast(record)[0]
-
-    def blocked(self, record):
-        """Whether each ray of a shadow frustum is blocked."""
-        return self._shelling.blocked(record)[0]
