@@ -17,7 +17,7 @@ from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.phase import Schedule
 from golden.engine.schedule.resident_sets import spread_sets
-from golden.engine.schedule.subshells import SubshellList
+from golden.engine.schedule.subshells import NO_SUBSHELLS
 
 __all__ = ["phase_image"]
 
@@ -61,7 +61,7 @@ def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table
         else:
             sets = spread_sets(patches, clusters=nodes, capacity=config.memsys.own_patches)
             (cluster, address), held = sets.residence(patches), sets.patches
-        lists, processor = (held, (SubshellList(none, none, none, none),) * nodes), np.arange(nodes)
+        lists, processor = (held, (NO_SUBSHELLS,) * nodes), np.arange(nodes)
     else:
         cluster, address = plan.sets.residence(patches)
         lists, processor = (plan.sets.patches, plan.subshells), plan.processor
