@@ -10,7 +10,7 @@ from golden.engine.frustum import FrustumRecord
 from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.noc.topology import Topology
 from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.engine.schedule.assignment import heaviest_to_nearest, simple, traffic
+from golden.engine.schedule.assignment import heaviest_to_nearest, traffic
 from golden.engine.schedule.classification import classify
 from golden.engine.schedule.low_density import LowDensity, low_density
 from golden.engine.schedule.resident_sets import ResidentSets, fill_up, resident_sets
@@ -122,7 +122,7 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
         more = np.concatenate([known, np.setdiff1d(np.arange(len(geometry)), known)])
         more = more[~np.isin(more, sets.chosen)]
         sets = fill_up(sets, more, home[more], capacity=capacity)
-    processor = simple(clusters) if topology is None else heaviest_to_nearest(
+    processor = np.arange(clusters) if topology is None else heaviest_to_nearest(
         traffic(partition, found.window, cluster), Topology.of(topology, clusters).hops)
     return Schedule(found=found, partition=partition, cluster=cluster, sets=sets,
                     subshells=subshells, processor=processor)
