@@ -12,7 +12,6 @@ from benchmarks.ceiling import CELL, HEMISPHERE, RATIO, SCENES, Ceiling
 from benchmarks.report import benchmark, provenance, table, write_report
 from golden.engine.config import PRESETS
 from golden.engine.noc.topology import Topology
-from golden.engine.schedule.assignment import simple
 from radiosity.cli.console import console
 
 CONFIG = PRESETS["paper"]
@@ -56,7 +55,7 @@ def links(results: dict[tuple[str, int], np.ndarray]) -> list[list]:
     """Links per request and the share of requests to a neighbour, with the networks side by side."""
     rows = []
     for (name, clusters), between in results.items():
-        counts = [distances(between, Topology.of(network, clusters), simple(clusters)) for network in NETWORKS]
+        counts = [distances(between, Topology.of(network, clusters), np.arange(clusters)) for network in NETWORKS]
         rows.append([name, clusters, *(f"{mean(one):.2f}, {one[1] / max(1, one.sum()):.3f}" for one in counts)])
     return rows
 

@@ -92,7 +92,7 @@ class _Strings:
         for lines in _LINES:
             cache = Cache(policy, lines=lines, lfu_lines=lines, lfu_count_bits=_COUNT_BITS)
             cache.access(self.dense)
-            found.append(cache.miss_ratio)
+            found.append(cache.misses / max(1, len(self.dense)))
         return found
 
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from golden.cast.nearest import Nearest
 from golden.cast.oracle import Oracle
 from golden.cast.ray_caster import RayCaster
 from golden.cast.rays import Hits, Rays
@@ -28,16 +27,27 @@ class Naive(RayCaster):
         self.oracle = Oracle(scene)
 
     def _nearest(self, rays):
-        sheared = self.oracle.sheared(rays)
-        best = Nearest(rays.tmax)
-        block = max(1, BLOCK // len(self.oracle.scene))
+        oracle, sheared = self.oracle, self.oracle.sheared(rays)
+        count, block = len(rays), max(1, BLOCK // len(oracle.scene))
+        patch, t, (u, v) = np.full(count, -1, dtype=np.int32), np.full(count, np.inf), np.zeros((2, count))
         for axis in range(3):
             members = np.flatnonzero(sheared.axis == axis)
             for start in range(0, len(members), block):
-                best.update(*self.oracle.all_hits(sheared, members[start:start + block]))
-        tests = np.full(len(rays), len(self.oracle.scene))
-        return best.hits(self.oracle, sheared, tests=tests, steps=np.zeros_like(tests))
+                ray, which, depth = _first(*oracle.all_hits(sheared, members[start:start + block]), rays.tmax)
+                patch[ray], t[ray] = which, depth
+        hit = np.flatnonzero(patch >= 0)
+        u[hit], v[hit] = oracle.uv(sheared, hit, patch[hit])
+        tests = np.full(count, len(oracle.scene))
+        return Hits(patch=patch, t=t, u=u, v=v, tests=tests, steps=np.zeros_like(tests))
 
     def any_hit(self, rays: Rays) -> Hits:
         """A hit of each ray before its ``tmax``: here the nearest one."""
         return self.nearest(rays)
+
+
+def _first(ray, patch, t, tmax):
+    """The nearest of the hits of each ray, the smaller patch number of equal ones; none at ``tmax`` or farther."""
+    order = np.lexsort((patch, t, ray))
+    order = order[np.diff(ray[order], prepend=-1) != 0]
+    order = order[t[order] < tmax[ray[order]]]
+    return ray[order], patch[order], t[order]

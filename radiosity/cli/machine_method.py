@@ -5,7 +5,6 @@ from contextlib import contextmanager
 import click
 
 from golden.base.errors import InputError
-from radiosity.cli.casting_method import CastingMethod, CastOutcome
 from radiosity.cli.console import console
 from radiosity.cli.golden.choices import PRESETS, TOPOLOGIES
 from radiosity.cli.hw.choices import POLICIES
@@ -44,19 +43,37 @@ _WORK = (
                  "of each cast."))
 
 
-class MachineMethod(CastingMethod):
-    """Casts by the RTL; the modules of the simulator are imported when it does."""
+class MachineMethod:
+    """A value of ``--method``: it casts by the RTL; the modules of the simulator are imported when it does.
+
+    Members
+    -------
+    name, about
+        The value, and sentences for the help of ``--method``.
+    options
+        Decorators that add its options to every command that casts.
+    frustum_options
+        Those that it adds to ``cast`` in place of ``options``. ``cast`` has ``--clusters``, ``--preset`` and ``-P``
+        itself, and hands their values on.
+    """
 
     name = "machine"
     about = ("The machine is simulated: its RTL finds the hits. Unless -P sets them, it has icu.rays=16384, "
              "icu.generation_bits=8 and a run-ahead depth (ctu.run_ahead) of at least 6. Its choice of --cell is the "
              "one with the fewest predicted cycles.")
-    default_clusters = "the preset's with --method machine"
     options = (_CLUSTERS, *_MEMORY, _PRESET, ASSIGNMENTS)
     frustum_options = (*_MEMORY, *_WORK)
 
     def check(self, *, clusters, frustum=(1, 1), timeline=None, waves=None, table=None, **options):
-        """See `CastingMethod`."""
+        """Refuse options that cannot be used, before the work starts.
+
+        ``frustum``, where it is known: columns and rows of the largest frustum.
+
+        Raises
+        ------
+        InputError
+            An option is out of range.
+        """
         from golden.base.output import check_outputs
         from radiosity.charts.chart import check_chart
 
@@ -71,7 +88,18 @@ class MachineMethod(CastingMethod):
 
     @contextmanager
     def frusta(self, scene, *, cell, shadows=False, **options):
-        """See `CastingMethod`."""
+        """A caster of frusta with ``counts()`` for the report, ``summary()`` for people, ``ray_kinds``, the kinds of
+        rays of an image that it casts, and ``specular_rays``, how many of the others it has cast.
+
+        Parameters
+        ----------
+        scene
+            The patches.
+        cell
+            Cell size, or None for the one with the fewest predicted cycles.
+        shadows
+            Whether it must cast shadow frusta.
+        """
         from radiosity.flow.simulator.machine_caster import MachineCaster
         from radiosity.flow.simulator.simulation_config import overridden
 
@@ -83,7 +111,19 @@ class MachineMethod(CastingMethod):
                                 progress=console().progress)
 
     def cast(self, record, geometry, config, *, cell, weights, title, **options):
-        """See `CastingMethod`."""
+        """A `radiosity.tasks.machine_cast.MachineCastResult` of one frustum.
+
+        Parameters
+        ----------
+        record, geometry, weights
+            See `radiosity.tasks.machine_cast.MachineCast`.
+        config
+            The configuration, without what the simulation overrides.
+        cell
+            As of `frusta`.
+        title
+            What is cast into what, for charts.
+        """
         from radiosity.flow.simulator.simulation_config import overridden
         from radiosity.tasks.machine_cast import CastOptions, MachineCast, WaveformWindow
 
@@ -95,8 +135,7 @@ class MachineMethod(CastingMethod):
                             **{name: options[name] for name in ("ratio", "casts")})
         prepared = MachineCast(record, geometry, weights, simulated, given)
         with self._machine(simulated, traced=waves is not None, **options) as machine:
-            result = prepared.run(machine, title=title, progress=console().progress)
-        return CastOutcome(hits=result.hits, report={self.name: result.report}, text=result.text, agrees=result.agrees)
+            return prepared.run(machine, title=title, progress=console().progress)
 
     @staticmethod
     def _given(*, preset, assignments, **_):

@@ -23,10 +23,9 @@ from radiosity.cli.machine import machine
 from radiosity.cli.machine_method import MachineMethod
 from radiosity.cli.pictures import pictures
 
-__all__ = ["METHODS", "main"]
+__all__ = ["MACHINE", "main"]
 
-# Ways to cast frusta beside those of golden.
-METHODS = (MachineMethod(),)
+MACHINE = MachineMethod()
 
 
 @command_line("radiosity")
@@ -34,7 +33,7 @@ def main():
     """Radiosity Engine: render scenes, cast on the simulated machine, and generate its hardware."""
 
 
-for _command in (render_command(*METHODS), formfactors_command(*METHODS), exchange_command, cast_command(*METHODS),
+for _command in (render_command(MACHINE), formfactors_command(MACHINE), exchange_command, cast_command(MACHINE),
                  schedule_command, image_command, intersect, list_scenes, export, show_config, export_stimulus, verilog,
                  report, figures, registers, board, soc, bench, machine, demo, pictures):
     main.add_command(_command)

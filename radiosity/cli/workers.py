@@ -5,8 +5,6 @@ from urllib.parse import urlsplit
 
 import click
 
-from radiosity.cli.casting_method import CastingMethod
-
 __all__ = ["WORKERS", "Workers", "worker_pool"]
 
 _MOST = 256
@@ -38,18 +36,17 @@ WORKERS = click.option("--workers", type=Workers(), help="Compute in so many pro
                        "workers of a dask scheduler. The output does not depend on it.  [default: threads]")
 
 
-def worker_pool(workers: int | str | None, method: str, chosen: CastingMethod | None, *,
-                cell: float | None) -> AbstractContextManager:
-    """The pool of ``--workers``, or None if the option is not given; ``chosen``: an added method.
+def worker_pool(workers: int | str | None, method: str, machine, *, cell: float | None) -> AbstractContextManager:
+    """The pool of ``--workers``, or None if the option is not given; ``machine``: the simulated one, if it casts.
 
     Raises
     ------
     click.UsageError
-        Such a method casts in one process alone.
+        The machine casts in one process alone.
     """
     if workers is None:
         return nullcontext()
-    if chosen:
+    if machine:
         raise click.UsageError(f"--workers excludes --method {method}.", click.get_current_context())
     from radiosity.workers.pool import WorkerPool
 

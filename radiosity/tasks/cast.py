@@ -1,7 +1,7 @@
 """One frustum in the machine's integers, and how its hits compare."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,6 @@ from golden.base.output import whole_file
 from golden.base.plural import counted
 from golden.cast.grid import Grid
 from golden.engine.cast.differences import differences, oracle_rays
-from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.cast.shelling import Shelling, ShellingCounts
 from golden.engine.config import Config
@@ -20,39 +19,16 @@ from golden.engine.schedule.sections import cut_sections
 from golden.light.image import label_colours, write_png
 from golden.scene.open import open_scene
 
-__all__ = ["CastTaskResult", "cast_frustum"]
+__all__ = ["cast_frustum"]
 
 # Cell size of shelling.
 CELL = 0.0625
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class CastTaskResult:
-    """What `cast_frustum` found.
-
-    Parameters
-    ----------
-    hits
-        The frustum's hits.
-    report, text
-        Counts and differences, ready for JSON, and as lines.
-    agrees
-        Whether every comparison found what it must find.
-    warnings
-        Lines for the user.
-    """
-
-    hits: FixedHits
-    report: dict
-    text: str
-    agrees: bool
-    warnings: list[str] = field(default_factory=list)
-
-
-def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: str = "shelling",
-                 cell: float | None = None, clusters: int = 1, compare: tuple[str, ...] = (),
+def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, warn: Callable[[str], None],
+                 method: str = "shelling", cell: float | None = None, clusters: int = 1, compare: tuple[str, ...] = (),
                  output: Path | None = None, picture: Path | None = None,
-                 caster: Callable | None = None) -> CastTaskResult:
+                 caster: Callable | None = None) -> tuple[dict, str, bool]:
     """Cast a frustum, compare its hits and write them.
 
     Parameters
@@ -61,6 +37,8 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: s
         A name as `open_scene` takes it.
     choice, config
         The frustum and the machine's configuration.
+    warn
+        Is called with a line for the user if the frustum faces away from the scene.
     method
         ``shelling`` or ``naive``; another name needs ``caster``.
     cell, clusters
@@ -70,7 +48,11 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: s
     output, picture
         Files for the hits (.npz) and for a picture of the patches that they are on (.png).
     caster
-        Gives a `radiosity.cli.casting_method.CastOutcome` of a record, a geometry and weights.
+        Gives a `radiosity.tasks.machine_cast.MachineCastResult` of a record, a geometry and weights.
+
+    Returns
+    -------
+    Counts and differences, ready for JSON, and as lines; and whether every comparison found what it must find.
 
     Raises
     ------
@@ -82,7 +64,7 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: s
     extra, text, agrees = {}, "", True
     if caster:
         outcome = caster(record, geometry, weights)
-        hits, extra, text, agrees = outcome.hits, outcome.report, outcome.text, outcome.agrees
+        hits, extra, text, agrees = outcome.hits, {method: outcome.report}, outcome.text, outcome.agrees
     elif method == "naive":
         hits = NaiveFixed(geometry, config).cast(record)
     else:
@@ -98,8 +80,9 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, method: s
     if report.get("naive", {}).get("differences") or report.get("oracle", {}).get("unexplained"):
         agrees = False
     warning = None if report["hits"] else choice.facing_away(opened)
-    return CastTaskResult(hits=hits, report=report, text="\n".join(filter(None, [_text(report), text])), agrees=agrees,
-                          warnings=[warning] if warning else [])
+    if warning:
+        warn(warning)
+    return report, "\n".join(filter(None, [_text(report), text])), agrees
 
 
 def _write_hits(path, hits, record, geometry, config):

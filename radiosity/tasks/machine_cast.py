@@ -7,7 +7,6 @@ from typing import cast
 
 import numpy as np
 
-from golden.base.errors import InputError
 from golden.base.output import whole_file
 from golden.base.plural import counted
 from golden.base.progress_bar import progress_bar
@@ -15,7 +14,7 @@ from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.config import Config
 from golden.engine.frustum import FrustumRecord
 from golden.engine.jobs.phase_request import phase_request
-from golden.engine.jobs.result_formats import HitFormat, check_config
+from golden.engine.jobs.result_formats import HitFormat, exceeding
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.cell_choice import choose_cell
 from golden.engine.schedule.job_shelling import job_shelling
@@ -178,11 +177,7 @@ class MachineCast:
 
 def _hit_format(config):
     """Records of 8 bytes if they hold the machine's numbers, else of 16."""
-    try:
-        check_config(config, HitFormat.COMPACT, sums=False)
-    except InputError:
-        return HitFormat.FULL
-    return HitFormat.COMPACT
+    return HitFormat.FULL if exceeding(config, HitFormat.COMPACT, sums=False) else HitFormat.COMPACT
 
 
 def write_counters(path: Path, done: list[JobResult]) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,27 +16,7 @@ from golden.light.photometry.sensors import Sensors
 from golden.scene.open import open_scene
 from golden.scene.scene import Scene
 
-__all__ = ["ShadowTaskResult", "cast_shadows", "shadow_rays"]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ShadowTaskResult:
-    """What `cast_shadows` found.
-
-    Parameters
-    ----------
-    visible
-        R bool: nothing is between the point of the light and each target.
-    report, text
-        Counts and differences, ready for JSON, and as lines.
-    agrees
-        Whether every comparison found no difference.
-    """
-
-    visible: np.ndarray
-    report: dict
-    text: str
-    agrees: bool
+__all__ = ["cast_shadows", "shadow_rays"]
 
 
 def shadow_rays(scene: Scene, *, origin=None, patch: int | None = None, targets: Sensors | None = None) -> ShadowRays:
@@ -75,7 +54,7 @@ def shadow_rays(scene: Scene, *, origin=None, patch: int | None = None, targets:
 
 def cast_shadows(scene: str, config: Config, *, origin=None, patch: int | None = None, targets: Path | None = None,
                  method: str = "shelling", cell: float | None = None, compare: tuple[str, ...] = (),
-                 output: Path | None = None, caster: Callable | None = None) -> ShadowTaskResult:
+                 output: Path | None = None, caster: Callable | None = None) -> tuple[dict, str, bool]:
     """Cast shadow rays, compare what blocks them and write which points are visible.
 
     Parameters
@@ -98,6 +77,10 @@ def cast_shadows(scene: str, config: Config, *, origin=None, patch: int | None =
     caster
         Gives, for the opened scene, a context manager of a caster of shadow frusta with ``counts()`` and ``summary()``;
         what it finds is compared with shelling.
+
+    Returns
+    -------
+    Counts and differences, ready for JSON, and as lines; and whether no comparison found a difference.
 
     Raises
     ------
@@ -127,5 +110,4 @@ def cast_shadows(scene: str, config: Config, *, origin=None, patch: int | None =
     if output:
         with whole_file(output) as part:
             np.savez(part, visible=visible)
-    return ShadowTaskResult(visible=visible, report=report, text="\n".join(lines),
-                            agrees=not any(report[name]["differences"] for name in counted))
+    return report, "\n".join(lines), not any(report[name]["differences"] for name in counted)

@@ -8,7 +8,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.engine.cast.fixed_hits import FixedHits
 from golden.engine.jobs.completion import parse_completions
-from golden.engine.jobs.descriptor import Kind, parse_descriptors
+from golden.engine.jobs.descriptor import DESCRIPTOR, Kind
 from golden.engine.jobs.result_formats import HitFormat, unpack_hits
 from golden.engine.memory_map import MAGIC
 from golden.light.image import label_colours
@@ -98,7 +98,7 @@ def results(given: list[Frame]) -> Cast:
     if missing:
         raise InputError("board: There must be a whole cast among what was sent; there is no frame of "
                          f"{', '.join(missing)}")
-    descriptors = parse_descriptors(parts[FrameKind.DESCRIPTORS])
+    descriptors = np.frombuffer(parts[FrameKind.DESCRIPTORS], dtype=DESCRIPTOR.dtype)
     completions = parse_completions(parts[FrameKind.COMPLETIONS])[:len(descriptors)]
     for one in completions[completions["error"] != 0]:
         raise EngineError(ErrorCode(int(one["error"])), int(one["cluster"]), int(one["address"]))

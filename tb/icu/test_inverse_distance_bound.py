@@ -12,11 +12,11 @@ from golden.engine.stimulus.frusta import (
     frustum_record,
     random_hemisphere,
     random_screen,
-    random_shadow,
 )
 from golden.engine.stimulus.patches import scene_patches
 from hw.icu.inverse_distance_bound import InverseDistanceBound
 from radiosity.flow.package.example.frustum_load import table_writes
+from tb.icu.shadow_frustum import random_shadow
 from tb.icu.vectors import LIMITS, SHADOWS, assert_all_occur, factor_of, frustum_of, largest, slot_of, window_of
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of

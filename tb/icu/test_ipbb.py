@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from golden.engine.icu.ipbb import ImagePlaneWindows
-from golden.engine.stimulus.frusta import frustum_record, random_screen, random_shadow
+from golden.engine.stimulus.frusta import frustum_record, random_screen
 from hw.icu.ipbb import Ipbb
+from tb.icu.shadow_frustum import random_shadow
 from tb.icu.vectors import (
     LIMITS,
     SHADOWS,

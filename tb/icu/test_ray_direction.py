@@ -3,9 +3,10 @@ from functools import partial
 import numpy as np
 
 from golden.engine.frustum.bundle import Bundle
-from golden.engine.stimulus.frusta import random_hemisphere, random_screen, random_shadow
+from golden.engine.stimulus.frusta import random_hemisphere, random_screen
 from hw.icu.ray_direction import RayDirection
 from radiosity.flow.package.example.frustum_load import table_writes
+from tb.icu.shadow_frustum import random_shadow
 from tb.icu.vectors import SHADOWS, rows
 from tb.lib.bench import VARIANTS, Bench, Case, Vectors
 

@@ -3,10 +3,10 @@ import pytest
 
 from golden.engine.ctu.sector import Sector
 from golden.engine.frustum.ray_list import END_BIT, X_BIT, Y_BIT, pack_rays
-from golden.engine.stimulus.frusta import random_shadow
 from hw.icu.ray_list import RayList
 from radiosity.flow.package.example.frustum_load import frustum_payload
 from tb.icu.listed_rays import FIELDS, expected
+from tb.icu.shadow_frustum import random_shadow
 from tb.icu.vectors import SHADOWS
 from tb.lib.configurations import config_of
 from tb.lib.schedules import Schedule, ScheduleBench

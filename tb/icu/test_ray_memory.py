@@ -9,8 +9,8 @@ import numpy as np
 from amaranth.sim import Simulator
 
 from golden.engine.icu.shadow_memory import ShadowMemory
-from golden.engine.stimulus.frusta import random_shadow
 from hw.icu.ray_memory import RayMemory
+from tb.icu.shadow_frustum import random_shadow
 from tb.lib.configurations import config_of
 from tb.lib.schedules import Schedule, ScheduleBench
 

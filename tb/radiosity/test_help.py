@@ -266,7 +266,6 @@ def test_the_reference_lists_every_command_and_option_of_all():
         line = re.search(rf"`python -m {group}` has .*?[.](?= |\n)", page, re.DOTALL)[0]
         assert set(re.findall(r"`(\w+)`", line)) == set(GROUPS[group].commands)
     machine = page.partition("## The simulated machine")[2].partition("## Exit")[0]
-    for method in radiosity.cli.main.METHODS:
-        for decorator in {*method.options, *method.frustum_options}:
-            for option in options_of(click.command()(decorator(lambda **_: None))):
-                assert option in ("-h", "--help") or f"`{option}" in machine, option
+    for decorator in {*radiosity.cli.main.MACHINE.options, *radiosity.cli.main.MACHINE.frustum_options}:
+        for option in options_of(click.command()(decorator(lambda **_: None))):
+            assert option in ("-h", "--help") or f"`{option}" in machine, option

@@ -32,6 +32,7 @@ from radiosity.flow.host import Host
 from radiosity.flow.simulator.simulated_port import SimulatedPort, complete
 from tb.golden.soups import soup
 from tb.lib.configurations import config_of
+from tb.system.job_differences import job_differences
 
 __all__ = ["Campaign", "cast_campaign", "configuration"]
 
@@ -64,7 +65,7 @@ class Campaign:
     rays, cycles
         Rays, and cycles of the machine.
     differences
-        What differs from golden, see `JobResults.differences`, and in which job.
+        What differs from golden, see `job_differences`, and in which job.
     found
         Frusta and results by what they are: hits, words of sums, hemispheres, screens.
     seconds
@@ -162,7 +163,7 @@ def cast_campaign(clusters: int, *, seed: int, rays: int, progress: bool = False
             port.resize(max(port.size, job.end))
             complete(host.begin(job, policy=draw.choice(tuple(CachePolicy))))
             records = complete(host.run(job, timeout=1 << 24))
-            campaign.differences += [f"job {number}: {one}" for one in expected.differences(records, read, _NAMES)]
+            campaign.differences += [f"job {number}: {one}" for one in job_differences(expected, records, read, _NAMES)]
             _count(job, records, read, campaign)
             campaign.seconds["machine"] += time.process_time() - begin
             if campaign.rays >= rays:

@@ -19,7 +19,7 @@ from golden.engine.schedule.ceiling_points import ceiling_points
 from golden.engine.schedule.phase import Schedule, machine_schedule
 from golden.engine.schedule.resident_sets import ResidentSets
 from golden.engine.schedule.sections import Partition
-from golden.engine.schedule.subshells import SubshellList
+from golden.engine.schedule.subshells import NO_SUBSHELLS
 from golden.scene.open import open_scene
 
 __all__ = ["geometry", "phase"]
@@ -80,4 +80,4 @@ def _plan(reference, patches, table, config, sets) -> Schedule:
     return Schedule(found=None, partition=Partition(reference.columns, reference.rows, ()), cluster=none,
                     processor=np.arange(nodes),
                     sets=ResidentSets(tuple(np.array(one, dtype=np.int64) for one in sets)),
-                    subshells=(SubshellList(none, none, none, none),) * nodes)
+                    subshells=(NO_SUBSHELLS,) * nodes)

@@ -66,7 +66,7 @@ class FixedFrusta(ABC):
         self._samples: tuple[GCoordinates | None, list[FrustumRecord]] = None, []
         self._geometry = PatchGeometry.of(scene, CONFIG.numbers)
         self._cast = self._machine(self._geometry)
-        self._picture: tuple[Screen, _Bundles] | None = None
+        self._picture: tuple[Screen, _Together] | None = None
 
     def _machine(self, geometry: PatchGeometry):
         """Function from records of the same rays to, for each of them, patch, tests and steps of each ray."""
@@ -91,8 +91,7 @@ class FixedFrusta(ABC):
             return hemisphere_record(hemisphere, coordinates, points[number], frames[number, 2],
                                      source=int(surfaces[number]), axes=frames[number])
         self._sample(record, len(points), coordinates)
-        return _Bundles(self._oracle, cast, record, count=len(points),
-                        together=max(1, self.together // len(hemisphere))).hits
+        return partial(_hits, self._oracle, self._cast_together(cast, record, count=len(points), rays=len(hemisphere)))
 
     def dense_hemispheres(self, density: Density, hemisphere: Hemisphere, points, frames, surfaces):
         """Caster of hemispheres with finer rays where few meet a patch; the parameters are those of `hemispheres`.
@@ -113,12 +112,16 @@ class FixedFrusta(ABC):
                                      source=int(surfaces[number]), axes=frames[number])
 
         self._sample(partial(record, level=0), len(points), coordinates)
-        leaves_of = _DenseBundles(cast, self._finer(geometry), lambda number: DenseWindows(
-            density, hemisphere, partial(record, number), geometry, CONFIG), count=len(points),
-            together=max(1, self.together // len(hemisphere))).leaves
+        finer = self._finer(geometry)
+
+        def leaves_of(numbers):
+            return _leaves([DenseWindows(density, hemisphere, partial(record, number), geometry, CONFIG)
+                            for number in numbers], cast, finer)
+
+        held = _Together(leaves_of, count=len(points), together=max(1, self.together // len(hemisphere)))
 
         def dense(number):
-            leaves = leaves_of(number)
+            leaves = held[number]
             weight = np.concatenate([level.row_weights[row] << depth - level.level for level, _, row, _ in leaves])
             direction = np.concatenate([level.directions(column, row) for level, column, row, _ in leaves])
             rays = Rays(np.broadcast_to(points[number], direction.shape), direction @ frames[number],
@@ -138,7 +141,8 @@ class FixedFrusta(ABC):
         InputError
             There are more than `MOST_ACROSS` fields across or down, or more than `MOST_RAYS` in all.
         """
-        return self._fields(replace(screen, width=side * screen.width, height=side * screen.height)).hits
+        return partial(_hits, self._oracle, self._fields(
+            replace(screen, width=side * screen.width, height=side * screen.height)))
 
     def _fields(self, screen):
         """A screen that is cast on first use, and kept until another one is requested."""
@@ -148,12 +152,17 @@ class FixedFrusta(ABC):
             def record(_):
                 return screen_record(screen, coordinates)
             self._sample(record, 1, coordinates)
-            self._picture = screen, _Bundles(self._oracle, cast, record, count=1, together=1)
+            self._picture = screen, self._cast_together(cast, record, count=1, rays=len(screen))
         return self._picture[1]
+
+    def _cast_together(self, cast, record, *, count, rays):
+        """Patch, tests and steps of each ray of frusta of so many rays each."""
+        return _Together(lambda numbers: map(np.stack, cast([record(number) for number in numbers])), count=count,
+                         together=max(1, self.together // rays))
 
     def patches(self, screen: Screen) -> np.ndarray:
         """The patch that each ray of a screen meets, or -1; of the last screen they are known."""
-        return self._fields(screen).results(0)[0]
+        return self._fields(screen)[0][0]
 
     def specular(self, screen: Screen, side: int) -> SpecularCaster:
         """Caster of the rays of a picture, through the middles of the pixels' fields, behind flat mirrors and panes."""
@@ -288,60 +297,51 @@ def _grouped(frusta, most):
     yield from held.values()
 
 
-class _Bundles:
-    """Frusta that are cast on first use, some of them together; those that were cast last are kept."""
+class _Together:
+    """What is computed of frusta on first use, some of them together; what was computed last is kept.
 
-    def __init__(self, oracle, cast, record, *, count, together):
-        self._oracle, self._cast, self._record = oracle, cast, record
-        self._count, self._together = count, together
-        self._held: dict[int, np.ndarray] = {}
+    Parameters
+    ----------
+    compute
+        Function from numbers of frusta to what belongs to each of them, in their order.
+    count, together
+        How many frusta there are, and how many are computed at once.
+    """
 
-    def hits(self, frustum, number, rays) -> Hits:
-        """The hits of rays ``number`` of frusta ``frustum``."""
-        values = np.empty((3, len(rays)), dtype=np.int64)
-        for one in np.unique(frustum).tolist():
-            rows = np.flatnonzero(frustum == one)
-            values[:, rows] = self.results(one)[:, number[rows]]
-        patch, tests, steps = values
-        return hits_of_patches(self._oracle, rays, patch, tests=tests, steps=steps)
+    def __init__(self, compute, *, count, together):
+        self._compute, self._count, self._together = compute, count, together
+        self._held = {}
 
-    def results(self, one):
-        """Patch, tests and steps of each ray of a frustum, which is cast with those that follow it."""
+    def __getitem__(self, one):
         if one not in self._held:
             numbers = range(one, min(one + self._together, self._count))
-            found = self._cast([self._record(number) for number in numbers])
-            self._held = {number: np.stack(values) for number, values in zip(numbers, found, strict=True)}
+            self._held = dict(zip(numbers, self._compute(numbers), strict=True))
         return self._held[one]
 
 
-class _DenseBundles:
-    """Hemispheres with finer rays that are cast on first use, some of them together, level by level."""
+def _hits(oracle, results, frustum, number, rays) -> Hits:
+    """The hits of rays ``number`` of frusta ``frustum``, from patch, tests and steps of each ray of a frustum."""
+    values = np.empty((3, len(rays)), dtype=np.int64)
+    for one in np.unique(frustum).tolist():
+        rows = np.flatnonzero(frustum == one)
+        values[:, rows] = results[one][:, number[rows]]
+    patch, tests, steps = values
+    return hits_of_patches(oracle, rays, patch, tests=tests, steps=steps)
 
-    def __init__(self, cast, finer, windows, *, count, together):
-        self._cast, self._finer, self._windows = cast, finer, windows
-        self._count, self._together = count, together
-        self._held: dict[int, list] = {}
 
-    def leaves(self, one):
-        """See `DenseWindows.cast`."""
-        if one not in self._held:
-            self._held = self._leaves(range(one, min(one + self._together, self._count)))
-        return self._held[one]
-
-    def _leaves(self, numbers):
-        """Of some hemispheres what `DenseWindows.cast` returns."""
-        windows = [self._windows(number) for number in numbers]
-        patches = [patch for patch, _, _ in self._cast([one.record(0) for one in windows])]
-        runs, leaves = [one.cast(patch) for one, patch in zip(windows, patches, strict=True)], {}
-        # Of those that still divide cells what they have been sent.
-        sent = dict.fromkeys(range(len(runs)))
-        while sent:
-            rays = {}
-            for number, met in sent.items():
-                try:
-                    rays[number] = runs[number].send(met)
-                except StopIteration as over:
-                    leaves[numbers[number]] = over.value
-            found = self._finer([windows[number] for number in rays], [*rays.values()])
-            sent = dict(zip(rays, found, strict=True))
-        return leaves
+def _leaves(windows, cast, finer):
+    """What `DenseWindows.cast` returns for each hemisphere, of all of which rays are cast level by level."""
+    patches = [patch for patch, _, _ in cast([one.record(0) for one in windows])]
+    runs, leaves = [one.cast(patch) for one, patch in zip(windows, patches, strict=True)], [None] * len(windows)
+    # Of those that still divide cells what they have been sent.
+    sent = dict.fromkeys(range(len(runs)))
+    while sent:
+        rays = {}
+        for number, met in sent.items():
+            try:
+                rays[number] = runs[number].send(met)
+            except StopIteration as over:
+                leaves[number] = over.value
+        found = finer([windows[number] for number in rays], [*rays.values()])
+        sent = dict(zip(rays, found, strict=True))
+    return leaves

@@ -29,7 +29,7 @@ from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene.cells import check_cell_size
 
-__all__ = ["Requests", "Shelling", "ShellingCounts", "Tests"]
+__all__ = ["Shelling", "ShellingCounts", "Tests"]
 
 # Rays of windows per block: patches of one block are tested with the inverse distances before the block.
 BLOCK = 1 << 14
@@ -80,20 +80,6 @@ class ShellingCounts:
         return total
 
 
-@dataclass(frozen=True, kw_only=True)
-class Requests:
-    """Requests of one cluster to its memory for one frustum.
-
-    Parameters
-    ----------
-    cells, patches
-        Numbers in the order of the requests.
-    """
-
-    cells: list[int]
-    patches: list[int]
-
-
 class Shelling:
     """Casts the frusta of one scene.
 
@@ -134,8 +120,8 @@ class Shelling:
         return made
 
     def cast(self, record: FrustumRecord, sectors: tuple[Sector, ...] = (),
-             subshells: tuple = (), *, references: np.ndarray | None = None, ray_tests: np.ndarray | None = None,
-             requests: list | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
+             subshells: tuple = (), *, references: np.ndarray | None = None,
+             ray_tests: np.ndarray | None = None) -> tuple[FixedHits, list[ShellingCounts]]:
         """The nearest hit of each ray.
 
         Parameters
@@ -148,8 +134,6 @@ class Shelling:
             N int64, to which the tests of each patch are added.
         ray_tests
             R int64, to which the tests of each ray are added.
-        requests
-            To which the `Requests` of each cluster are appended.
 
         Returns
         -------
@@ -163,7 +147,7 @@ class Shelling:
         memory = RayMemory(len(record), self._config)
         tests = self.tests(record, memory, references=references, ray_tests=ray_tests)
         sectors = sectors or (Sector.whole(record),)
-        counts = [self._cluster(record, sector, listed, tests, memory, requests)
+        counts = [self._cluster(record, sector, listed, tests, memory)
                   for sector, listed in zip(sectors, subshells or [None] * len(sectors), strict=True)]
         return read_out(memory, record, tests.patches, self._config), counts
 
@@ -175,21 +159,16 @@ class Shelling:
         """
         memory = ShadowMemory(record, self._config)
         tests = self.tests(record, memory, ray_tests=ray_tests)
-        return memory.blocked, self._cluster(record, Sector.whole(record), None, tests, memory, None)
+        return memory.blocked, self._cluster(record, Sector.whole(record), None, tests, memory)
 
-    def _cluster(self, record, sector, subshells, tests, memory, requests):
+    def _cluster(self, record, sector, subshells, tests, memory):
         """All subshells of one section; clusters do not depend on each other."""
         cluster = self.cluster(record, sector)
         counts = ShellingCounts(rays=int(sector.mask(record).sum()))
-        requested = Requests(cells=[], patches=[])
         for where in cluster.schedule(subshells, tests.window):
             stage = cluster.explore(*where, memory.inverse)
             if stage is not None:
-                requested.cells.extend(stage.opened.tolist())
-                requested.patches.extend(stage.found.tolist())
                 tests.run(stage, sector, counts)
-        if requests is not None:
-            requests.append(requested)
         return counts
 
     def cluster(self, record: FrustumRecord, sector: Sector) -> ClusterCasting:

@@ -1,10 +1,30 @@
 """The five parts of the machine: which of them a configuration has, and why."""
 
+from dataclasses import dataclass
+
 from golden.base.plural import counted
 from golden.engine.config.config import Config
-from golden.engine.config.part import Part
 
-__all__ = ["parts"]
+__all__ = ["Part", "parts"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A part of the machine.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    size
+        How much of it a configuration has; empty if there is none.
+    about
+        What it is for, and the parameters that decide; or why there is none.
+    """
+
+    name: str
+    size: str
+    about: str
 
 
 def parts(config: Config) -> tuple[Part, ...]:

@@ -5,7 +5,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.engine.memory_map.layout import Field, Region
 
-__all__ = ["COMPLETION", "NO_CLUSTER", "has_arrived", "lap", "parse_completions", "patch_sources"]
+__all__ = ["COMPLETION", "NO_CLUSTER", "lap", "parse_completions", "patch_sources"]
 
 _LAP_BITS = 16
 # The field `cluster` of a record if no cluster has cast the descriptor.
@@ -33,32 +33,12 @@ COMPLETION = Region("completion", "job", "entry of the ring", "What became of a 
 
 
 def lap(number: int, ring_bits: int) -> int:
-    """The lap of completion ``number``, which has so many before it, in a ring of 2^``ring_bits`` entries."""
-    return ((number >> ring_bits) + 1) % (1 << _LAP_BITS)
+    """The lap of completion ``number``, which has so many before it, in a ring of 2^``ring_bits`` entries.
 
-
-def has_arrived(ring: np.ndarray, number: int) -> bool:
-    """Whether completion ``number`` is in the ring: its entry has its lap.
-
-    A host reads completions in their order, so the entry is of this lap or of the one before. Laps of the first ring
-    are 1: the ring must be 0 before.
-
-    Parameters
-    ----------
-    ring
-        2^n records of `COMPLETION`.
-    number
-        Completions before it.
-
-    Raises
-    ------
-    InputError
-        The ring has no power of two of entries.
+    A completion has arrived when its entry has its lap: a host reads completions in their order, so until then the
+    entry has the lap before. Laps of the first ring are 1: the ring must be 0 before.
     """
-    bits = len(ring).bit_length() - 1
-    if len(ring) != 1 << max(bits, 0):
-        raise InputError(f"completions: Entries of the ring must be a power of two, not {len(ring)}")
-    return int(ring["lap"][number % len(ring)]) == lap(number, bits)
+    return ((number >> ring_bits) + 1) % (1 << _LAP_BITS)
 
 
 def parse_completions(data: bytes) -> np.ndarray:

@@ -6,7 +6,6 @@ from enum import IntEnum
 
 import numpy as np
 
-from golden.base.errors import InputError
 from golden.engine.config import Config
 from golden.engine.ctu.near_cells import near_cells
 from golden.engine.ctu.sector import Sector
@@ -20,8 +19,8 @@ from golden.engine.memory_map.records import frustum_fields, make_records
 from golden.engine.memsys.patches.cell_table import CellTable
 
 __all__ = ["ANY_CLUSTER", "DESCRIPTOR", "NEAR_ALIGNMENT", "RULES", "VERSION", "Kind", "Refusal", "Rule",
-           "check_descriptor", "frustum_descriptor", "list_words", "load_descriptor", "near_bytes", "parse_descriptors",
-           "section_of", "section_tiles"]
+           "check_descriptor", "frustum_descriptor", "list_words", "load_descriptor", "near_bytes", "section_of",
+           "section_tiles"]
 
 VERSION = 1
 # Of the field `cluster`: the first one that is free; of a load, each cluster its own tables.
@@ -132,20 +131,6 @@ def load_descriptor(image: int, regions: int, *, tag: int = 0, copies: bool = Fa
     return make_records(DESCRIPTOR, 1, _OWNER, {
         "version": VERSION, "kind": Kind.LOAD, "cluster": 0 if copies else ANY_CLUSTER, "tag": tag, "regions": regions,
         "hits": image})[0]
-
-
-def parse_descriptors(data: bytes) -> np.ndarray:
-    """The descriptors in ``data``, one after the other. ``tobytes()`` of the result is ``data``.
-
-    Raises
-    ------
-    InputError
-        ``data`` is no whole number of descriptors.
-    """
-    size = DESCRIPTOR.dtype.itemsize
-    if len(data) % size:
-        raise InputError(f"descriptor: Bytes must be a multiple of {size}, not {len(data)}")
-    return np.frombuffer(data, dtype=DESCRIPTOR.dtype)
 
 
 def section_of(descriptor: np.void) -> Sector:

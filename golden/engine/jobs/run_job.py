@@ -1,6 +1,5 @@
 """What main memory holds after a job, without cycles."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +11,7 @@ from golden.engine.frustum.bundle import Bundle
 from golden.engine.icu.patch_sums import section_sums
 from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.descriptor import DESCRIPTOR, Kind, check_descriptor, section_of
-from golden.engine.jobs.job import Job, Read
+from golden.engine.jobs.job import Job
 from golden.engine.jobs.load_regions import LOADED_REGIONS, region_bits
 from golden.engine.jobs.result_formats import (
     HitFormat,
@@ -44,38 +43,6 @@ class JobResults:
     memory: dict[int, bytes]
     completions: np.ndarray
     errors: tuple[str, ...]
-
-    def differences(self, records: np.ndarray, read: Read, names: Mapping[int, str]) -> list[str]:
-        """What a machine has left otherwise, a line each; the order of its completion records does not matter.
-
-        Parameters
-        ----------
-        records
-            Its completion records in the order of their numbers.
-        read
-            Reads main memory after them.
-        names
-            Names of its error codes.
-        """
-        found = [f"{len(records)} completions instead of {len(self.completions)}"] \
-            if len(records) != len(self.completions) else []
-        expected = {int(one["tag"]): (error, int(one["address"]), int(one["sums"]))
-                    for one, error in zip(self.completions, self.errors, strict=True)}
-        for record in records:
-            tag, error = int(record["tag"]), names[int(record["error"])]
-            if tag not in expected:
-                found.append(f"tag {tag} is unknown, or completes again")
-                continue
-            expected_error, address, sums = expected.pop(tag)
-            if error != expected_error:
-                found.append(f"tag {tag}: {error} instead of {expected_error}")
-            elif error != "NONE" and record["address"] != address:
-                found.append(f"tag {tag}: {error} at {record['address']:#x} instead of {address:#x}")
-            elif error == "NONE" and record["sums"] != sums:
-                found.append(f"tag {tag}: {record['sums']} words of sums instead of {sums}")
-        found += [f"tag {tag} does not complete" for tag in expected]
-        return found + [f"{len(data)} bytes at {address:#x} are other ones" for address, data in self.memory.items()
-                        if read(address, len(data)) != data]
 
 
 def run_job(job: Job, descriptors: np.ndarray | None = None, *, brute_force: bool = False) -> JobResults:
@@ -164,29 +131,15 @@ class _Machine:
         if (phase, frustum) not in self._hits:
             record = self._job.phases[phase].request.records[frustum]
             caster = self._caster(phase, len(record))
-            self._hits[phase, frustum] = caster.blocked(record) if record.bundle == Bundle.SHADOW \
-                else caster.cast(record)
+            hits = caster.blocked(record) if record.bundle == Bundle.SHADOW else caster.cast(record)
+            # Shelling adds its counts.
+            self._hits[phase, frustum] = hits if self._brute_force else hits[0]
         return self._hits[phase, frustum]
 
     def _caster(self, phase, rays):
         """Casts whole frusta, also those that are larger than a cluster's ray memory."""
         if phase not in self._casters:
             config, request = self._job.config.for_rays(rays), self._job.phases[phase].request
-            self._casters[phase] = NaiveFixed(request.geometry, config) if self._brute_force else _Whole(
-                Shelling.of_cells(request.geometry, request.table, config))
+            self._casters[phase] = NaiveFixed(request.geometry, config) if self._brute_force else Shelling.of_cells(
+                request.geometry, request.table, config)
         return self._casters[phase]
-
-
-class _Whole:
-    """Shelling without its counts."""
-
-    def __init__(self, shelling: Shelling):
-        self._shelling = shelling
-
-    def cast(self, record):
-        """The hits."""
-        return self._shelling.cast(record)[0]
-
-    def blocked(self, record):
-        """Whether each ray of a shadow frustum is blocked."""
-        return self._shelling.blocked(record)[0]

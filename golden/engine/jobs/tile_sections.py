@@ -6,7 +6,7 @@ import numpy as np
 
 from golden.engine.config import Config
 from golden.engine.ctu.sector import Sector
-from golden.engine.schedule.sections import cut_sections
+from golden.engine.schedule.sections import cut_sections, grid_of
 
 __all__ = ["halves", "most_sections", "tile_sections", "window_sections"]
 
@@ -15,7 +15,7 @@ def most_sections(columns: int, rows: int, config: Config) -> int:
     """The largest power of two of sections that a frustum can be cut into: each has a tile of the settle map."""
     side, count = 1 << config.icu.tile_bits, 1
     across, down = -(-columns // side), -(-rows // side)
-    while _cuts(2 * count)[0] <= across and _cuts(2 * count)[1] <= down:
+    while grid_of(2 * count)[0] <= across and grid_of(2 * count)[1] <= down:
         count *= 2
     return count
 
@@ -106,11 +106,5 @@ def halves(section: Sector, config: Config) -> tuple[Sector, ...]:
 def _largest(shape, count):
     """Tiles of the largest of ``count`` sections."""
     rows, columns = shape
-    across, down = _cuts(count)
+    across, down = grid_of(count)
     return -(-columns // across) * -(-rows // down)
-
-
-def _cuts(count):
-    """How many of ``count`` sections are beside and above each other: cuts alternate between columns and rows."""
-    cuts = int(count).bit_length() - 1
-    return 1 << (cuts + 1) // 2, 1 << cuts // 2

@@ -10,14 +10,14 @@ from golden.engine.ctu.unit import CellTraversalUnit
 from golden.engine.frustum import FrustumRecord
 from golden.engine.memory_map.check import check_image
 from golden.engine.memory_map.image import MemoryImage
-from golden.engine.memory_map.image_layout import IMAGE_LAYOUT
+from golden.engine.memory_map.image_layout import region_records
 from golden.engine.memory_map.layout import EVERY_CLUSTER, REGIONS
 from golden.engine.memory_map.tables import grid_tables, list_tables, ray_tables, scene_tables
 from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.phase import Schedule
 from golden.engine.schedule.resident_sets import spread_sets
-from golden.engine.schedule.subshells import SubshellList
+from golden.engine.schedule.subshells import NO_SUBSHELLS
 
 __all__ = ["phase_image"]
 
@@ -61,14 +61,14 @@ def phase_image(records: Sequence[FrustumRecord], geometry: PatchGeometry, table
         else:
             sets = spread_sets(patches, clusters=nodes, capacity=config.memsys.own_patches)
             (cluster, address), held = sets.residence(patches), sets.patches
-        lists, processor = (held, (SubshellList(none, none, none, none),) * nodes), np.arange(nodes)
+        lists, processor = (held, (NO_SUBSHELLS,) * nodes), np.arange(nodes)
     else:
         cluster, address = plan.sets.residence(patches)
         lists, processor = (plan.sets.patches, plan.subshells), plan.processor
     regions = {
-        **scene_tables(IMAGE_LAYOUT, geometry, table), **list_tables(IMAGE_LAYOUT, *lists, processor=processor),
-        "residence": IMAGE_LAYOUT.records("residence", patches, cluster=cluster, address=address),
-        **ray_tables(IMAGE_LAYOUT, records[0], config, weights), **grid_tables(IMAGE_LAYOUT, farthest, config)}
+        **scene_tables(geometry, table), **list_tables(*lists, processor=processor),
+        "residence": region_records("residence", patches, cluster=cluster, address=address),
+        **ray_tables(records[0], config, weights), **grid_tables(farthest, config)}
     image = MemoryImage({region.name: regions[region.name] for region in REGIONS})
     check_image(image)
     return image

@@ -6,7 +6,7 @@ import numpy as np
 
 from golden.engine.memory_map.beats import BEATS, unpack_beats
 from golden.engine.memory_map.check import check_image
-from golden.engine.memory_map.image_layout import IMAGE_LAYOUT
+from golden.engine.memory_map.image_layout import image_bytes, image_offsets, image_regions
 
 __all__ = ["MemoryImage", "from_bytes"]
 
@@ -37,11 +37,11 @@ class MemoryImage:
         return self._extent()[1]
 
     def _extent(self):
-        return IMAGE_LAYOUT.offsets({name: len(records) for name, records in self.regions.items()})
+        return image_offsets({name: len(records) for name, records in self.regions.items()})
 
     def to_bytes(self) -> bytes:
         """The image in bytes: header, region table, regions; the same regions give the same bytes."""
-        return IMAGE_LAYOUT.to_bytes(self.regions)
+        return image_bytes(self.regions)
 
     def vertices(self) -> np.ndarray:
         """Vertices of all patches: N x 4 x 3 int64, G coordinates."""
@@ -80,6 +80,6 @@ def from_bytes(data: bytes) -> MemoryImage:
     InputError
         ``data`` is no image, of another version or incomplete; a region lies outside it; or a table breaks a rule.
     """
-    image = MemoryImage(IMAGE_LAYOUT.from_bytes(data))
+    image = MemoryImage(image_regions(data))
     check_image(image)
     return image

@@ -76,11 +76,6 @@ class GCoordinates:
         """The scene points of ... x 3 integers: float64, scene units."""
         return self.numbers.scene.decode(integers) / self.scale + self.corner
 
-    @property
-    def box(self) -> np.ndarray:
-        """2 x 3 int64: the scene box, which the cell grid covers."""
-        return self.integers(self.bounds)
-
     def cell_size(self, fraction: float) -> int:
         """The side of a cell of ``fraction`` of the scene box's longest side, rounded up."""
         longest = (self.bounds[1] - self.bounds[0]).max()

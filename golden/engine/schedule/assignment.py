@@ -6,7 +6,7 @@ from golden.engine.icu.window import Window
 from golden.engine.schedule.classification import rays_inside
 from golden.engine.schedule.sections import Partition
 
-__all__ = ["heaviest_to_nearest", "mean_hops", "simple", "traffic"]
+__all__ = ["heaviest_to_nearest", "mean_hops", "traffic"]
 
 
 def traffic(partition: Partition, window: Window, cluster: np.ndarray) -> np.ndarray:
@@ -30,14 +30,6 @@ def traffic(partition: Partition, window: Window, cluster: np.ndarray) -> np.nda
         fetched[number] = np.bincount(cluster[reached], minlength=clusters)
     np.fill_diagonal(fetched, 0)
     return fetched + fetched.T
-
-
-def simple(clusters: int) -> np.ndarray:
-    """Cluster i is processor i: N int64.
-
-    Source: Shen 1993, section 4.4.2.3.
-    """
-    return np.arange(clusters)
 
 
 def heaviest_to_nearest(load: np.ndarray, hops: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from golden.base.errors import InputError
+from golden.engine.schedule.sections import grid_of
 from golden.scene.scene import Scene
 
 __all__ = ["ceiling_points"]
@@ -40,8 +41,7 @@ def ceiling_points(scene: Scene, count: int = 16) -> tuple[np.ndarray, np.ndarra
     if np.count_nonzero(up) != 1:
         raise InputError(f"scene {scene.name!r}: a ceiling needs an up along an axis, not {scene.up!r}; "
                          "give an origin and a normal")
-    bits = count.bit_length() - 1
-    columns, rows = 1 << (bits + 1) // 2, 1 << bits // 2
+    columns, rows = grid_of(count)
     share = np.empty((count, 3))
     across, along = (axis for axis in range(3) if axis != height)
     share[:, across] = np.tile((np.arange(columns) + 0.5) / columns, rows)

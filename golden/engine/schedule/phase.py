@@ -1,6 +1,6 @@
 """The schedule of a phase: what its castings share, from one sparse casting."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,12 +10,12 @@ from golden.engine.frustum import FrustumRecord
 from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.noc.topology import Topology
 from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.engine.schedule.assignment import heaviest_to_nearest, simple, traffic
+from golden.engine.schedule.assignment import heaviest_to_nearest, traffic
 from golden.engine.schedule.classification import classify
 from golden.engine.schedule.low_density import LowDensity, low_density
 from golden.engine.schedule.resident_sets import ResidentSets, fill_up, resident_sets
 from golden.engine.schedule.sections import Partition, cut_sections
-from golden.engine.schedule.subshells import SubshellList, subshell_lists
+from golden.engine.schedule.subshells import NO_SUBSHELLS, SubshellList, subshell_lists
 
 __all__ = ["Schedule", "machine_schedule", "schedule"]
 
@@ -57,8 +57,7 @@ class Schedule:
 
     def without_subshells(self) -> "Schedule":
         """With no subshell but the last one, which is not listed: the hits are the same."""
-        none = SubshellList(*(np.zeros(0, dtype=np.int64) for _ in fields(SubshellList)))
-        return replace(self, subshells=(none,) * len(self.subshells))
+        return replace(self, subshells=(NO_SUBSHELLS,) * len(self.subshells))
 
 
 def machine_schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, config: Config, *,
@@ -123,7 +122,7 @@ def schedule(record: FrustumRecord, geometry: PatchGeometry, table: CellTable, c
         more = np.concatenate([known, np.setdiff1d(np.arange(len(geometry)), known)])
         more = more[~np.isin(more, sets.chosen)]
         sets = fill_up(sets, more, home[more], capacity=capacity)
-    processor = simple(clusters) if topology is None else heaviest_to_nearest(
+    processor = np.arange(clusters) if topology is None else heaviest_to_nearest(
         traffic(partition, found.window, cluster), Topology.of(topology, clusters).hops)
     return Schedule(found=found, partition=partition, cluster=cluster, sets=sets,
                     subshells=subshells, processor=processor)

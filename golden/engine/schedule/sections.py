@@ -8,10 +8,16 @@ import numpy as np
 from golden.base.errors import InputError, check_int
 from golden.engine.ctu.sector import Sector
 
-__all__ = ["Partition", "cut_sections"]
+__all__ = ["Partition", "cut_sections", "grid_of"]
 
 # A part is (first column, end column, first row, end row); slices for cuts of columns and of rows.
 _AXES = (slice(0, 2), slice(2, 4))
+
+
+def grid_of(parts: int) -> tuple[int, int]:
+    """How many of some parts, a power of two, are beside and above each other: cuts alternate, of columns first."""
+    cuts = int(parts).bit_length() - 1
+    return 1 << (cuts + 1) // 2, 1 << cuts // 2
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,11 +40,6 @@ class RowGroups:
     size: np.ndarray
     columns: int
 
-    @property
-    def of_rows(self) -> np.ndarray:
-        """Groups of each row that has any."""
-        return np.unique(self.row, return_counts=True)[1]
-
     def rays(self, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows and columns of all rays of some groups."""
         group = which.repeat(self.size[which])

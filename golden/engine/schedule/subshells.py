@@ -8,7 +8,7 @@ from golden.engine.schedule.low_density import LowDensity
 from golden.engine.schedule.resident_sets import ResidentSets
 from golden.engine.schedule.sections import Partition
 
-__all__ = ["SubshellList", "subshell_lists"]
+__all__ = ["NO_SUBSHELLS", "SubshellList", "subshell_lists"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,18 +21,17 @@ class SubshellList:
         S int64: each subshell is the window of one patch; the machine computes the window for each frustum.
     shell
         S int64, not decreasing: the grid rays of the window end with this shell.
-    empty, behind
-        S int64, virtual frusta of the window in which the subshell explores cells: those that no earlier subshell
-        reached, and those in which it continues an earlier one.
     """
 
     patches: np.ndarray
     shell: np.ndarray
-    empty: np.ndarray
-    behind: np.ndarray
 
     def __len__(self) -> int:
         return len(self.patches)
+
+
+NO_SUBSHELLS = SubshellList(*np.zeros((2, 0), dtype=np.int64))
+"""Of a cluster that explores its sector at once."""
 
 
 def subshell_lists(found: LowDensity, sets: ResidentSets, partition: Partition) -> tuple[SubshellList, ...]:
@@ -62,12 +61,7 @@ def _list(found, entries, sector):
     entry = overlap.window[inside]
     order = np.argsort(entry, kind="stable")
     frustum, entry = frustum[order], entry[order]
-    # The first entry of a frustum finds it empty; the first entry of each further shell continues from there.
-    first = np.zeros(len(entry), dtype=bool)
-    first[np.unique(frustum, return_index=True)[1]] = True
-    moves = np.zeros(len(entry), dtype=bool)
-    moves[np.unique(shell[entry] * (frusta.shape[0] * frusta.shape[1]) + frustum, return_index=True)[1]] = True
-    empty = np.bincount(entry[first], minlength=len(entries))
-    behind = np.bincount(entry[moves & ~first], minlength=len(entries))
-    kept = np.flatnonzero(empty + behind)
-    return SubshellList(found.patches[entries[kept]], shell[kept], empty[kept], behind[kept])
+    # The first entry of each shell explores a frustum from where earlier entries of it have ended.
+    moves = np.unique(shell[entry] * (frusta.shape[0] * frusta.shape[1]) + frustum, return_index=True)[1]
+    kept = np.unique(entry[moves])
+    return SubshellList(found.patches[entries[kept]], shell[kept])

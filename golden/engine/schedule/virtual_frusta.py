@@ -7,6 +7,7 @@ import numpy as np
 
 from golden.base.errors import InputError, check_int
 from golden.engine.icu.window import Window
+from golden.engine.schedule.sections import grid_of
 
 __all__ = ["Overlaps", "VirtualFrusta"]
 
@@ -58,8 +59,7 @@ class VirtualFrusta:
         check_int("schedule: Ratio", ratio)
         if ratio < 1 or ratio & (ratio - 1):
             raise InputError(f"schedule: Ratio must be a power of two, not {ratio!r}", parameter="ratio")
-        bits = int(ratio).bit_length() - 1
-        frusta = cls(columns, rows, 1 << (bits + 1) // 2, 1 << bits // 2)
+        frusta = cls(columns, rows, *grid_of(ratio))
         if frusta.width > columns or frusta.height > rows:
             raise InputError(f"schedule: Ratio must leave a ray of {columns} x {rows}, not be {ratio!r}",
                              parameter="ratio")

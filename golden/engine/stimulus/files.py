@@ -2,15 +2,13 @@
 
 import json
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
-from golden.base.errors import InputError
 from golden.base.output import whole_file
 from golden.engine.stimulus import Stimulus
 
-__all__ = ["SUFFIXES", "read_stimulus", "write_stimulus"]
+__all__ = ["SUFFIXES", "write_stimulus"]
 
 SUFFIXES = (".npz", ".jsonl")
 
@@ -32,27 +30,3 @@ def write_stimulus(path: Path, made: Stimulus) -> None:
                    for number in range(made.header["count"]))
         with part.open("w") as file:
             file.writelines(json.dumps(line) + "\n" for line in (header, *vectors))
-
-
-def read_stimulus(path: Path) -> Stimulus:
-    """The stimulus of a file of `write_stimulus`, of either format.
-
-    Raises
-    ------
-    InputError
-        The file is no stimulus.
-    """
-    try:
-        if path.suffix.lower() == ".npz":
-            with np.load(path) as stored:
-                arrays = dict(stored)
-            return Stimulus(header=json.loads(str(arrays.pop("header"))), arrays=arrays)
-        header, *vectors = map(json.loads, path.read_text().splitlines())
-        constants = header.pop("constants")
-        return Stimulus(header=header, arrays={
-            field["name"]: np.array(constants[field["name"]] if field["constant"]
-                                    else [vector[field["name"]] for vector in vectors],
-                                    dtype=np.float64 if field["format"] == "float64" else np.int64)
-            for field in header["fields"]})
-    except (BadZipFile, EOFError, KeyError, TypeError, ValueError) as error:
-        raise InputError(f"stimulus {str(path)!r}: it is none ({error})") from error

@@ -7,14 +7,14 @@ from golden.cast.screen import Screen
 from golden.engine.config import Config
 from golden.engine.frustum import FrustumRecord, hemisphere_record, screen_record
 from golden.engine.frustum.bundle import Bundle
-from golden.engine.frustum.shadow_record import ShadowRecord, position, shadow_record
+from golden.engine.frustum.shadow_record import ShadowRecord
 from golden.engine.lib.fixed import signed, unsigned
 from golden.engine.scene.g_coordinates import GCoordinates
 from golden.engine.stimulus.block import FLAG, Arrays, Field
 from golden.scene.camera import Camera
 
 __all__ = ["SOURCE", "frustum_arrays", "frustum_fields", "frustum_record", "random_frustum", "random_hemisphere",
-           "random_screen", "random_shadow"]
+           "random_screen"]
 
 # Surface on which a frustum's rays start.
 SOURCE = 3
@@ -36,18 +36,6 @@ def random_screen(random: np.random.Generator, config: Config, size=SCREEN) -> F
     camera = Camera(eye=tuple(eye), target=tuple(eye + random.normal(size=3)), up=tuple(random.normal(size=3)),
                     fov=float(random.choice([20, 60, 100])))
     return screen_record(Screen(camera=camera, width=size[0], height=size[1]), _unit(config))
-
-
-def random_shadow(random: np.random.Generator, config: Config, bits: int = 4) -> ShadowRecord:
-    """A shadow frustum from a random point, with rays in most of its positions."""
-    axes, coordinates = np.linalg.qr(random.normal(size=(3, 3)))[0], _unit(config)
-    axes[0] *= np.linalg.det(axes)
-    one = 1 << config.numbers.direction_fraction
-    slopes = random.integers(-one, one, (2 << 2 * bits, 2))
-    _, first = np.unique(position(slopes, bits, config.numbers), return_index=True)
-    end = random.integers(1, config.numbers.inverse.high, len(first), endpoint=True)
-    return shadow_record(coordinates, coordinates.integers(random.uniform(0.3, 0.7, 3)), axes, bits,
-                         slopes=slopes[first], end=end, source=SOURCE)[0]
 
 
 def random_frustum(random: np.random.Generator, config: Config) -> FrustumRecord:

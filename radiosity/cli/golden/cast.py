@@ -5,7 +5,7 @@ import sys
 import click
 from click.core import ParameterSource
 
-from radiosity.cli.casting_method import CastingMethod, add_options, method_option, options_of, work_options
+from radiosity.cli.casting_method import add_options, machine_options, method_option, options_of, work_options
 from radiosity.cli.command_line import Task
 from radiosity.cli.console import console
 from radiosity.cli.golden.choices import RECORD_METHODS, REFERENCES
@@ -47,8 +47,10 @@ class References(click.ParamType):
         return names
 
 
-def cast_command(*methods: CastingMethod) -> click.Command:
-    """The command, with methods that a command line adds."""
+def cast_command(machine=None) -> click.Command:
+    """The command, with the simulated machine if it is given."""
+    clusters_default = "1" if machine is None else f"1; the preset's with --method {machine.name}"
+
     @click.command("cast", cls=Task, named=_NAMED, epilog=SCENE_HELP,
                    short_help="Cast one hemisphere or screen, or shadow rays, in fixed point.")
     @SCENE
@@ -66,15 +68,15 @@ def cast_command(*methods: CastingMethod) -> click.Command:
     @click.option("--targets", type=FILE, help="Cast shadow rays to the points of this file: lines x y z nx ny nz, the "
                   "normals of their surfaces, or planes as of `render --sensors`.  [default: the middles of all "
                   "patches]")
-    @method_option(RECORD_METHODS, methods, default="shelling",
+    @method_option(RECORD_METHODS, machine, default="shelling",
                    about="Choose the casting method; all give the same hits.")
     @METHOD_CELL
     @click.option("--clusters", type=int,
                   help="Set the number of clusters that share the frustum, a power of two.  "
-                  f"[default: {'; '.join(['1', *filter(None, (method.default_clusters for method in methods))])}]")
+                  f"[default: {clusters_default}]")
     @click.option("--compare", type=References(), default=(), show_default=False,
                   help="Compare all hits with brute force in the machine's integers (naive) and in float64 (oracle).")
-    @add_options(option for method in methods for option in method.frustum_options)
+    @add_options(machine_options(machine, kind="frustum_options"))
     @PRESET
     @ASSIGNMENTS
     @click.option("-o", "--output", type=FILE,
@@ -89,8 +91,8 @@ def cast_command(*methods: CastingMethod) -> click.Command:
         Exits with code 1 if --compare finds a hit that differs from brute force in integers, or a difference from
         float64 that rounding does not explain.
         """
-        _check_kind(kind, methods, targets=targets)
-        chosen, options = options_of(methods, method, given, kind="frustum_options")
+        _check_kind(kind, machine, targets=targets)
+        chosen, options = options_of(machine, method, given, kind="frustum_options")
         from golden.base.output import check_outputs
         from golden.engine.config import PRESETS
         from golden.engine.frustum.frustum_choice import FrustumChoice
@@ -111,13 +113,9 @@ def cast_command(*methods: CastingMethod) -> click.Command:
             def caster(record, geometry, weights):
                 return chosen.cast(record, geometry, config, cell=cell, weights=weights, title=scene, **shared)
         choice = FrustumChoice(origin=origin, normal=normal, patch=patch, rays=rays, screen=screen)
-        result = cast_frustum(scene, choice, config, method=method, cell=cell, compare=compare, output=output,
-                              clusters=1 if clusters is None else clusters, picture=picture, caster=caster)
-        for warning in result.warnings:
-            console().warn(warning)
-        console().report(result.report, result.text)
-        if not result.agrees:
-            sys.exit(1)
+        _report(*cast_frustum(scene, choice, config, warn=console().warn, method=method, cell=cell, compare=compare,
+                              output=output, clusters=1 if clusters is None else clusters, picture=picture,
+                              caster=caster))
     return cast
 
 
@@ -132,20 +130,24 @@ def _cast_shadows(scene, config, chosen, options, *, compare, cell, **given):
 
     def caster(opened):
         return chosen.frusta(opened, cell=cell, shadows=True, **options)
-    result = cast_shadows(scene, config, compare=compare, cell=cell, caster=caster if chosen else None, **given)
-    console().report(result.report, result.text)
-    if not result.agrees:
+    _report(*cast_shadows(scene, config, compare=compare, cell=cell, caster=caster if chosen else None, **given))
+
+
+def _report(report, text, agrees):
+    """Print what was found; exit with code 1 unless all comparisons agree."""
+    console().report(report, text)
+    if not agrees:
         sys.exit(1)
 
 
-def _check_kind(kind, methods, *, targets):
+def _check_kind(kind, machine, *, targets):
     """Refuse options of other kinds of frusta."""
     context = click.get_current_context()
     if kind is None:
         if targets:
             raise click.UsageError("--targets needs --kind shadow.", context)
         return
-    others = {*_OTHERS[kind], *(work_options(methods) if kind == "shadow" else ())}
+    others = {*_OTHERS[kind], *(work_options(machine) if kind == "shadow" else ())}
     for parameter in context.command.params:
         if parameter.name in others and context.get_parameter_source(parameter.name) not in (
                 ParameterSource.DEFAULT, None):

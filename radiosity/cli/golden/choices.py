@@ -3,34 +3,11 @@
 A test compares every list with the registry that it names.
 """
 
-__all__ = [
-           "CURVES",
-           "EXPORT_SUFFIXES",
-           "FIXED_METHODS",
-           "FRUSTUM_METHODS",
-           "GATHER_ASSIGNMENTS",
-           "GATHER_COMPLETIONS",
-           "GATHER_SCHEMES",
-           "GATHER_SOLVERS",
-           "HIT_FORMATS",
-           "LENGTH_UNITS",
-           "MERGE_DIVISIONS",
-           "MERGE_SCHEMES",
-           "PRESETS",
-           "RAY_METHODS",
-           "RECORD_METHODS",
-           "REFERENCES",
-           "SCENE_SUFFIXES",
-           "SKIES",
-           "SKY_DIVISIONS",
-           "SOLVERS",
-           "STIMULUS_BLOCKS",
-           "STIMULUS_SUFFIXES",
-           "TOPOLOGIES",
-           "TORUS_GROWTHS",
-           "TORUS_STORAGES",
-           "VOLUME_SPLITTERS",
-]
+__all__ = ["CURVES", "EXPORT_SUFFIXES", "FIXED_METHODS", "FRUSTUM_METHODS", "GATHER_ASSIGNMENTS",
+           "GATHER_COMPLETIONS", "GATHER_SCHEMES", "GATHER_SOLVERS", "HIT_FORMATS", "LENGTH_UNITS",
+           "MERGE_DIVISIONS", "MERGE_SCHEMES", "PRESETS", "RAY_METHODS", "RECORD_METHODS", "REFERENCES",
+           "SCENE_SUFFIXES", "SKIES", "SKY_DIVISIONS", "SOLVERS", "STIMULUS_BLOCKS", "STIMULUS_SUFFIXES",
+           "TOPOLOGIES", "TORUS_GROWTHS", "TORUS_STORAGES", "VOLUME_SPLITTERS"]
 
 PRESETS = ("tiny", "small", "paper", "thesis", "large", "board")
 TOPOLOGIES = ("mesh", "torus", "ring", "illiac", "hypercube")

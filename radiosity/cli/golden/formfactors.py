@@ -5,7 +5,7 @@ from contextlib import nullcontext
 import click
 from click.core import ParameterSource
 
-from radiosity.cli.casting_method import CastingMethod, add_options, method_of, method_option, options_of
+from radiosity.cli.casting_method import add_options, machine_options, method_of, method_option, options_of
 from radiosity.cli.command_line import Task
 from radiosity.cli.console import console
 from radiosity.cli.golden.choices import FRUSTUM_METHODS, LENGTH_UNITS, RAY_METHODS, SKY_DIVISIONS
@@ -25,8 +25,8 @@ _ADAPTIVE = {"error": "--error", "sky_error": "--sky-error", "sky_patches": "--s
              "seed": "--seed", "time_limit": "--time-limit"}
 
 
-def formfactors_command(*methods: CastingMethod) -> click.Command:
-    """The command, with methods that a command line adds."""
+def formfactors_command(machine=None) -> click.Command:
+    """The command, with the simulated machine if it is given."""
     @click.command("formfactors", cls=Task, named=_NAMED, epilog=SCENE_HELP,
                    short_help="Compute form factors with visibility.")
     @SCENE
@@ -55,14 +55,14 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
                   "are written in m2.")
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
-    @method_option(FRUSTUM_METHODS, methods, default=None, about="Choose how rays are cast.")
+    @method_option(FRUSTUM_METHODS, machine, default=None, about="Choose how rays are cast.")
     @METHOD_CELL
     @click.option("--jobs", type=int, help="Set the number of threads that cast; view factors do not depend on it.  "
                   "[default: one per usable processor]")
     @click.option("--resume", is_flag=True, help="Continue an unfinished run from the blocks of rows that it has kept "
                   "beside the output.")
     @WORKERS
-    @add_options(option for method in methods for option in method.options)
+    @add_options(machine_options(machine))
     def formfactors(scene, output, error, sky_error, sky_patches, time_limit, seed, rays, samples, least_rays,
                     project, method, cell, jobs, resume, workers, **given):
         """Compute the form factors (view factors) between all patches of SCENE, with visibility.
@@ -73,7 +73,7 @@ def formfactors_command(*methods: CastingMethod) -> click.Command:
         integers in units of 2^-weight_bits.
         """
         method = method_of(method, counts_cells=cell is not None)
-        chosen, options = options_of(methods, method, given)
+        chosen, options = options_of(machine, method, given)
         plain = method not in RAY_METHODS or rays is not None or samples is not None
         _check_options(plain, method, project, time_limit, resume, least_rays)
         if sky_patches and output.suffix.lower() not in (".npz", ".nc"):

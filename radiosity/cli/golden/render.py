@@ -5,7 +5,7 @@ from contextlib import nullcontext
 import click
 
 from golden.base.plural import counted
-from radiosity.cli.casting_method import CastingMethod, add_options, method_of, method_option, options_of
+from radiosity.cli.casting_method import add_options, machine_options, method_of, method_option, options_of
 from radiosity.cli.command_line import Task
 from radiosity.cli.console import console
 from radiosity.cli.golden.choices import CURVES, FIXED_METHODS, FRUSTUM_METHODS, SOLVERS
@@ -38,9 +38,9 @@ _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--
           "sensor_table": "--sensor-table", "decades": "--decades", **DAYLIGHT_NAMED, **SHOOTING_NAMED}
 
 
-def render_command(*methods: CastingMethod, method: str | None = None, quality: str = "normal",
+def render_command(machine=None, *, method: str | None = None, quality: str = "normal",
                    size: str = "512x512") -> click.Command:
-    """The command, with methods that a command line adds, and defaults of some options."""
+    """The command, with the simulated machine if it is given, and defaults of some options."""
     @click.command("render", cls=Task, named=_NAMED, short_help="Make a picture of SCENE.", epilog=SCENE_HELP)
     @SCENE
     @click.option("-o", "--output", type=FILE, required=True, multiple=True,
@@ -79,10 +79,10 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
                   "the scene is finer.")
     @click.option("--max-edge", type=Positive(), help="Cut patches until no edge is longer.  [default: by --elements]")
     @click.option("--max-area", type=Positive(), help="Cut patches until none is larger.")
-    @method_option(FRUSTUM_METHODS, methods, default=method, about="Choose how frusta, hemispheres and primary rays, "
+    @method_option(FRUSTUM_METHODS, machine, default=method, about="Choose how frusta, hemispheres and primary rays, "
                    "are cast.")
     @METHOD_CELL
-    @add_options(option for method in methods for option in method.options)
+    @add_options(machine_options(machine))
     @click.option("--jobs", type=int, help="Set the number of threads that cast; the picture does not depend on it.  "
                   "[default: one per usable processor]")
     @WORKERS
@@ -100,7 +100,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
                      max_edge, max_area, method, cell, jobs, workers, seed, stats, heatmap, **given):
         """Make a picture of SCENE: indirect light by radiosity, everything else by ray tracing."""
         method = method_of(method, counts_cells=cell is not None or heatmap is not None)
-        chosen, options = options_of(methods, method, given)
+        chosen, options = options_of(machine, method, given)
         daylight, (shooting, preview) = daylight_of(given), shooting_of(given)
         pool = worker_pool(workers, method, chosen, cell=cell)
         from golden.render.two_pass import RenderSettings
@@ -108,7 +108,7 @@ def render_command(*methods: CastingMethod, method: str | None = None, quality: 
         from radiosity.tasks.photometry import Photometry
         from radiosity.tasks.render import RenderFiles, View, render_scene
 
-        # An added method casts shelling's frusta.
+        # The machine casts shelling's frusta.
         settings = RenderSettings(width=size[0], height=size[1], samples=samples, light_samples=light_samples,
                                   noise=noise, depth=depth, rays=rays, least_rays=least_rays, solver=solver,
                                   shooting=shooting, elements=elements, max_edge=max_edge, max_area=max_area,

@@ -3,7 +3,6 @@
 import numpy as np
 
 from golden.cast.grid import Grid
-from golden.cast.nearest import Nearest
 from golden.cast.rays import Hits, Rays
 
 __all__ = ["cell_walk"]
@@ -14,7 +13,8 @@ STILL = 2.0**-60
 
 def cell_walk(grid: Grid, rays: Rays, *, any_hit: bool = False) -> Hits:
     """The hits of rays in the cells of a grid; with ``any_hit`` a ray ends in the first cell that lists a hit patch."""
-    sheared, best = grid.oracle.sheared(rays), Nearest(rays.tmax)
+    sheared = grid.oracle.sheared(rays)
+    best_t, best_patch = rays.tmax.copy(), np.full(len(rays), -1, dtype=np.int32)
     met = [{} for _ in range(len(rays))]
     for axis in range(3):
         some = np.flatnonzero(sheared.axis == axis)
@@ -30,11 +30,14 @@ def cell_walk(grid: Grid, rays: Rays, *, any_hit: bool = False) -> Hits:
             tests[ray] += len(patches)
             for patch in patches:
                 t = met[ray].get(patch, np.inf)
-                if t < best.t[ray] or (t == best.t[ray] and patch < best.patch[ray]):
-                    best.t[ray], best.patch[ray] = t, patch
-            if best.t[ray] <= leave or (any_hit and best.patch[ray] >= 0):
+                if t < best_t[ray] or (t == best_t[ray] and patch < best_patch[ray]):
+                    best_t[ray], best_patch[ray] = t, patch
+            if best_t[ray] <= leave or (any_hit and best_patch[ray] >= 0):
                 break
-    return best.hits(grid.oracle, sheared, tests=tests, steps=steps)
+    hit = np.flatnonzero(best_patch >= 0)
+    u, v = np.zeros((2, len(rays)))
+    u[hit], v[hit] = grid.oracle.uv(sheared, hit, best_patch[hit])
+    return Hits(patch=best_patch, t=np.where(best_patch >= 0, best_t, np.inf), u=u, v=v, tests=tests, steps=steps)
 
 
 def _cells_of(cells, position, direction, tmax):

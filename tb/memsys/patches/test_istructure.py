@@ -7,7 +7,6 @@ from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.engine.config import PRESETS
-from golden.engine.memsys.patches.istructure import answers
 from golden.engine.stimulus import block
 from golden.engine.stimulus.memsys.istructure import COUNT, DEFERRED, READ, START
 from hw.lib.payload import pack, unpack
@@ -19,6 +18,7 @@ from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
+from tb.memsys.patches.any_order import answers
 
 MODULE = "tb.memsys.patches.test_istructure"
 STREAMS = ("i_start", "i_read", "i_write", "o_read", "o_refused")

@@ -74,8 +74,3 @@ class Cache:
         self.hits += int(hit.sum())
         self.misses += int((~hit).sum())
         return hit, line, victim
-
-    @property
-    def miss_ratio(self) -> float:
-        """Misses divided by requests; 0 without requests."""
-        return self.misses / max(1, self.hits + self.misses)

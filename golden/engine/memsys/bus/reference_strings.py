@@ -5,7 +5,8 @@ from itertools import zip_longest
 
 import numpy as np
 
-from golden.engine.cast.shelling import Shelling
+from golden.engine.cast.shelling import Shelling, ShellingCounts
+from golden.engine.ctu.sector import Sector
 from golden.engine.frustum import FrustumRecord
 
 __all__ = ["ReferenceStrings", "interleaved"]
@@ -37,11 +38,25 @@ class ReferenceStrings:
         """
         frusta = []
         for record in records:
-            requests = []
-            shelling.cast(record, sectors, requests=requests)
-            frusta.append(requests)
-        return cls(**{name: tuple(tuple(np.array(getattr(cluster, name), dtype=np.int64) for cluster in frustum)
-                                  for frustum in frusta) for name in ("cells", "patches")})
+            memory = shelling.memory(record)
+            tests = shelling.tests(record, memory)
+            frusta.append([_stages(shelling.cluster(record, sector), sector, tests, memory)
+                           for sector in sectors or (Sector.whole(record),)])
+        none = np.zeros(0, dtype=np.int64)
+        return cls(**{name: tuple(tuple(np.concatenate([none, *(getattr(stage, part) for stage in stages)])
+                                        for stages in frustum) for frustum in frusta)
+                      for name, part in (("cells", "opened"), ("patches", "found"))})
+
+
+def _stages(cluster, sector, tests, memory):
+    """The stages that a cluster explores; each sees the hits of those before."""
+    stages = []
+    for where in cluster.schedule(None, tests.window):
+        stage = cluster.explore(*where, memory.inverse)
+        if stage is not None:
+            tests.run(stage, sector, ShellingCounts())
+            stages.append(stage)
+    return stages
 
 
 def interleaved(frusta, *, resident=None) -> np.ndarray:

@@ -13,7 +13,7 @@ from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.stimulus.block import Arrays, Field
 from golden.engine.stimulus.patches import scene_patches
 
-__all__ = ["CELL_NUMBER", "SHELL", "grid_fields", "mask_fields", "masks", "random_table", "shells", "table_of"]
+__all__ = ["CELL_NUMBER", "SHELL", "grid_fields", "masks", "random_table", "shells", "table_of"]
 
 SHELL = unsigned(10, 0)
 CELL_NUMBER = signed(24, 0)
@@ -44,12 +44,6 @@ def shells(record: FrustumRecord) -> Callable[[int], GridRays]:
     """A frustum's grid rays by shell; they do not depend on the cells."""
     table = CellTable(np.zeros((1, 4, 3), dtype=np.int64), cell=1 << 20)
     return CellTraversalUnit(record, table).rays
-
-
-def mask_fields() -> list[Field]:
-    """Fields of `masks`."""
-    return [Field("may_change", unsigned(1, 0), "masks x rows x columns: the ray's hit may still change",
-                  constant=True)]
 
 
 def masks(random: np.random.Generator, record: FrustumRecord, count: int) -> np.ndarray:

@@ -8,7 +8,7 @@ from golden.engine.ctu.survival import survivors, survivors_by_code
 from golden.engine.lib.fixed import unsigned
 from golden.engine.stimulus.block import FLAG, Block, Field, hard_first
 from golden.engine.stimulus.ctu.grid_rays import RAY, draw_rays
-from golden.engine.stimulus.ctu.grids import SHELL, mask_fields, masks, shells
+from golden.engine.stimulus.ctu.grids import SHELL, masks, shells
 from golden.engine.stimulus.frusta import frustum_arrays, frustum_fields, frustum_record, random_frustum
 
 __all__ = ["BLOCK"]
@@ -17,7 +17,9 @@ MASKS = 8
 
 
 def _fields(config):
-    return [*frustum_fields(config), *mask_fields(), Field("mask", unsigned(4, 0), "number of the mask"),
+    return [*frustum_fields(config),
+            Field("may_change", FLAG, "masks x rows x columns: the ray's hit may still change", constant=True),
+            Field("mask", unsigned(4, 0), "number of the mask"),
             Field("codes", config.icu.settle, "masks x rows x columns: settle codes", constant=True),
             Field("section", RAY, "of the codes: first column, end column, first row, end row", constant=True),
             Field("threshold", unsigned(config.icu.settle_bits + 1, 0), "a ray with a smaller code may still change"),

@@ -129,7 +129,7 @@ def test_subshells_change_the_order_only():
     for frustum in [*map(random_frustum, range(4)), *frusta_of("room1627", cells=[0.125], origins=1)]:
         window = PatchSetup(frustum.record, CONFIG).patches(frustum.geometry).window
         patches = random.permutation(np.argsort(window.rays % (len(frustum.record) // 3))[-6:])
-        subshells = SubshellList(patches, random.integers(1, 20, 6), np.zeros(6), np.zeros(6))
+        subshells = SubshellList(patches, random.integers(1, 20, 6))
         hits, (count,) = frustum.shelling(subshells=(subshells,))
         plain, (expected,) = frustum.shelling()
         assert len(hits.differences(plain)) == 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.base.errors import InputError
-from golden.engine.jobs.completion import COMPLETION, has_arrived, lap, parse_completions, patch_sources
+from golden.engine.jobs.completion import COMPLETION, lap, parse_completions, patch_sources
 
 
 def test_bytes_are_where_the_specification_says():
@@ -31,22 +31,15 @@ def test_a_lap_counts_the_rings_and_is_not_zero_at_first(number, bits, expected)
 
 
 @pytest.mark.parametrize("bits", [0, 1, 3])
-def test_a_host_that_polls_sees_each_completion_once_it_is_written(bits):
+def test_an_entry_has_another_lap_until_its_completion_is_written(bits):
     ring = np.zeros(1 << bits, dtype=COMPLETION.dtype)
     # Twice around the laps' own modulus at the smallest ring would take long: begin shortly before it.
     for start in 0, (1 << 16 + bits) - 3 * len(ring):
         if start:
             ring["lap"] = lap(start - 1, bits)
         for number in range(start, start + 5 * len(ring)):
-            assert not has_arrived(ring, number)
+            assert ring["lap"][number % len(ring)] != lap(number, bits)
             ring["lap"][number % len(ring)] = lap(number, bits)
-            assert has_arrived(ring, number)
-
-
-@pytest.mark.parametrize("entries", [0, 3])
-def test_a_ring_of_no_power_of_two_is_refused(entries):
-    with pytest.raises(InputError, match=f"power of two, not {entries}"):
-        has_arrived(np.zeros(entries, dtype=COMPLETION.dtype), 0)
 
 
 def test_what_no_other_source_has_served_is_from_the_patch_store():

@@ -20,7 +20,6 @@ from golden.engine.jobs.descriptor import (
     check_descriptor,
     frustum_descriptor,
     load_descriptor,
-    parse_descriptors,
     section_of,
     section_tiles,
 )
@@ -82,12 +81,9 @@ def test_a_load_has_its_image_and_regions_and_nothing_else():
 
 def test_descriptors_return_from_their_bytes(frustum):
     data = frustum.tobytes() + load_descriptor(64, 1).tobytes()
-    back = parse_descriptors(data)
-    assert back.tobytes() == data
+    back = np.frombuffer(data, dtype=DESCRIPTOR.dtype)
     assert section_of(back[0]) == SECTION
     assert list(back["kind"]) == [Kind.FRUSTUM, Kind.LOAD]
-    with pytest.raises(InputError, match="multiple of 192, not 383"):
-        parse_descriptors(data[:-1])
 
 
 def test_the_whole_frustum_is_the_default(scene):

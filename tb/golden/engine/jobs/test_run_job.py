@@ -12,6 +12,7 @@ from golden.engine.jobs.load_regions import LOADED_REGIONS, region_bits
 from golden.engine.jobs.result_formats import HitFormat
 from golden.engine.jobs.run_job import run_job
 from tb.golden.engine.jobs.jobs import CONFIG, hemispheres, job, memory_with, requests, scene
+from tb.system.job_differences import job_differences
 
 
 @pytest.fixture(scope="module")
@@ -162,13 +163,13 @@ def test_completions_in_any_order_are_no_difference(malformed):
     records = np.random.default_rng(0).permutation(results.completions)
     records["error"] = [7 if results.errors[tag] == "DESCRIPTOR" else 0 for tag in records["tag"]]
     memory = memory_with(job(), results.memory)
-    assert results.differences(records, reader(memory), NAMES) == []
+    assert job_differences(results, records, reader(memory), NAMES) == []
     assert 7 in records["error"] or not malformed
 
 
 def test_every_difference_is_a_line(results, memory):
     def lines(change=lambda records: records, memory=memory):
-        return results.differences(change(results.completions.copy()), reader(memory), NAMES)
+        return job_differences(results, change(results.completions.copy()), reader(memory), NAMES)
 
     def with_field(name, value):
         def change(records):
@@ -194,5 +195,5 @@ def test_an_error_at_another_byte_is_a_difference():
     results = run_job(job(), changed(4, kind=2))
     records = results.completions.copy()
     records["error"][4], records["address"][4] = 7, 3
-    assert results.differences(records, reader(memory_with(job(), results.memory)), NAMES) == [
+    assert job_differences(results, records, reader(memory_with(job(), results.memory)), NAMES) == [
         "tag 4: DESCRIPTOR at 0x3 instead of 0x2"]

@@ -23,7 +23,6 @@ from golden.engine.memory_map import (
     phase_image,
     unpack_beats,
 )
-from golden.engine.memory_map.image_layout import ImageLayout
 from golden.engine.schedule.phase import schedule
 from golden.scene.open import open_scene
 from tb.golden.engine.schedule.scenes import CONFIG, Case, case
@@ -128,7 +127,7 @@ def test_regions_are_aligned_and_apart(image):
 
 def test_offsets_are_those_of_the_region_table_and_need_no_bytes(image, monkeypatch):
     table = np.frombuffer(image.to_bytes(), dtype=ENTRY.dtype, count=len(REGIONS), offset=HEADER.dtype.itemsize)
-    monkeypatch.delattr(ImageLayout, "to_bytes")
+    monkeypatch.delattr("golden.engine.memory_map.image.image_bytes")
     assert image.offsets == dict(zip((region.name for region in REGIONS), table["offset"].tolist(), strict=True))
 
 

@@ -117,14 +117,12 @@ def test_subshells_are_resident_patches_in_order_and_none_is_redundant(scene):
         indices = [held.tolist().index(patch) for patch in subshells.patches]
         assert indices == sorted(indices)
         assert (np.diff(subshells.shell) >= 0).all()
-        assert ((subshells.empty + subshells.behind) > 0).all()
 
 
 def test_subshells_take_each_frustum_to_each_shell_once(scene):
     plan = made(scene)
     for sector, subshells in zip(plan.partition.sections, plan.subshells, strict=True):
         version = np.zeros(plan.found.frusta.shape, dtype=int)
-        empty, behind = [], []
         for patch, shell in zip(subshells.patches, subshells.shell, strict=True):
             overlap = plan.found.frusta.overlaps(plan.found.window[np.flatnonzero(plan.found.patches == patch)])
             column, row = overlap.column * plan.found.frusta.width, overlap.row * plan.found.frusta.height
@@ -132,11 +130,8 @@ def test_subshells_take_each_frustum_to_each_shell_once(scene):
                 & (row < sector.end_row) & (row + plan.found.frusta.height > sector.first_row)
             reached = np.zeros(version.shape, dtype=bool)
             reached[overlap.row[inside], overlap.column[inside]] = True
-            empty.append((reached & (version == 0)).sum())
-            behind.append((reached & (version > 0) & (version < shell)).sum())
+            assert (reached & (version < shell)).any(), "each subshell explores what no earlier one has"
             version[reached] = shell
-        assert np.array_equal(subshells.empty, empty)
-        assert np.array_equal(subshells.behind, behind)
 
 
 def test_the_subshell_list_of_everything_starts_with_the_first_patch_found():
@@ -144,8 +139,6 @@ def test_the_subshell_list_of_everything_starts_with_the_first_patch_found():
     plan = made(scene, clusters=1)
     (subshells,) = subshell_lists(plan.found, plan.sets, plan.partition)
     assert subshells.patches[0] == plan.found.patches[0]
-    assert subshells.empty[0] > 0
-    assert subshells.behind[0] == 0
 
 
 def test_a_patch_that_is_not_resident_defines_no_subshell():

@@ -1,5 +1,6 @@
 """Stimuli: deterministic, within their formats, outputs from the inputs alone, no block forgotten."""
 
+import json
 from itertools import cycle
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from golden import engine
 from golden.base.errors import InputError
 from golden.engine.config import PRESETS
 from golden.engine.stimulus import BLOCKS, block, stimulus
-from golden.engine.stimulus.files import read_stimulus, write_stimulus
+from golden.engine.stimulus.files import write_stimulus
 
 CONFIG = PRESETS["tiny"]
 # Other widths than the defaults, large and small.
@@ -58,20 +59,32 @@ def test_arrays_fit_their_formats_and_shapes_in_other_widths_too(name):
                 field.format.check(array, field.name)
 
 
+def read(path):
+    """Header and arrays of a file, as docs/stimulus.md describes it."""
+    if path.suffix == ".npz":
+        with np.load(path) as stored:
+            arrays = dict(stored)
+        return json.loads(str(arrays.pop("header"))), arrays
+    header, *vectors = map(json.loads, path.read_text().splitlines())
+    constants = header.pop("constants")
+    return header, {field["name"]: np.array(constants[field["name"]] if field["constant"]
+                                            else [vector[field["name"]] for vector in vectors])
+                    for field in header["fields"]}
+
+
 @pytest.mark.parametrize(("name", "suffix"), list(zip(BLOCKS, cycle((".npz", ".jsonl")))))
 def test_outputs_recomputed_from_the_stored_inputs_agree(name, suffix, tmp_path):
     made = stimulus(name, count=30, seed=6, config=CONFIG)
     write_stimulus(tmp_path / f"stored{suffix}", made)
-    stored = read_stimulus(tmp_path / f"stored{suffix}")
-    assert stored.header == made.header
-    config = PRESETS["paper"].replace(stored.header["parameters"])
-    given = {field["name"]: stored.arrays[field["name"]] for field in stored.header["fields"]
-             if field["role"] == "input"}
+    header, arrays = read(tmp_path / f"stored{suffix}")
+    assert header == made.header
+    config = PRESETS["paper"].replace(header["parameters"])
+    given = {field["name"]: arrays[field["name"]] for field in header["fields"] if field["role"] == "input"}
     expected = block(name)[1].expect(given, config)
-    outputs = {field["name"] for field in stored.header["fields"]} - set(given)
+    outputs = {field["name"] for field in header["fields"]} - set(given)
     assert outputs == set(expected)
     for field in outputs:
-        np.testing.assert_array_equal(stored.arrays[field], expected[field], err_msg=field)
+        np.testing.assert_array_equal(arrays[field], expected[field], err_msg=field)
 
 
 @pytest.mark.parametrize("name", BLOCKS)
@@ -104,12 +117,3 @@ def test_a_short_name_is_enough_where_only_one_block_has_it():
 def test_counts_and_seeds_out_of_range_are_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         stimulus("cordic", **{"count": 1, "seed": 0, "config": CONFIG, **arguments})
-
-
-@pytest.mark.parametrize("content", [b"", b"{}\n", b"PK"])
-@pytest.mark.parametrize("suffix", [".npz", ".jsonl"])
-def test_a_file_that_is_no_stimulus_is_refused(suffix, content, tmp_path):
-    path = tmp_path / f"bad{suffix}"
-    path.write_bytes(content)
-    with pytest.raises(InputError, match="it is none"):
-        read_stimulus(path)
