@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, count_entries, count_steps
 from hw.lib.generations import Generations
 from hw.lib.queue import Queue
 from hw.lib.struct_stream import struct_stream
@@ -118,9 +118,8 @@ class RayMemory(wiring.Component):
         m.d.comb += [self.i_read.ready.eq(~outstanding[-1]), accepts.eq(self.i_read.valid & self.i_read.ready)]
         returns = found.o.valid & found.o.ready
         count_entries(outstanding)
-        claim_steps(m, outstanding, up=accepts, down=returns, most=capacity)
+        count_steps(m, outstanding, up=accepts, down=returns, most=capacity)
         claim(m, ~found.i.valid | found.i.ready, "a hit has an entry")
-        m.d.sync += outstanding.eq(outstanding + accepts - returns)
 
         m.d.comb += self.i_start.ready.eq(0)
         with m.If(self.i_start.valid & self.i_start.ready):

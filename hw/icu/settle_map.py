@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.icu_tables import scale
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, count_entries, count_steps
 from hw.lib.generations import Generations
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
@@ -179,10 +179,9 @@ class SettleMap(wiring.Component):
         m.d.comb += [self.i_read.ready.eq(outstanding != capacity), accepts.eq(self.i_read.valid & self.i_read.ready)]
         returns = queue.o.valid & queue.o.ready
         count_entries(outstanding)
-        claim_steps(m, outstanding, up=accepts, down=returns, most=capacity)
+        count_steps(m, outstanding, up=accepts, down=returns, most=capacity)
         claim(m, ~queue.i.valid | queue.i.ready, "a word has an entry")
-        m.d.sync += [outstanding.eq(outstanding + accepts - returns),
-                     ages.eq((ages << 1) | accepts)]
+        m.d.sync += ages.eq((ages << 1) | accepts)
         m.d.comb += [(port.addr.eq(self.i_read.payload), port.en.eq(1)) for port in ports]
         read, found = (Signal(self._formats.settle_word, name=name, reset_less=True) for name in ("read", "found"))
         is_hit, current = Signal(reset_less=True), Signal(1 << 2 * self._config.icu.tile_bits, reset_less=True)

@@ -6,8 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.formats import VERTICES, Formats
-from hw.lib.checks import count_entries
-from hw.lib.count_up_down import count_up_down
+from hw.lib.checks import count_entries, count_up_down
 from hw.lib.longest_waiting import LongestWaiting
 from hw.lib.queue import Queue
 from hw.lib.validate import check_integer
@@ -87,7 +86,7 @@ class VertexMerge(wiring.Component):
             # Whether a patch is granted is known late.
             m.d.sync += eligible[k].eq(arrives | Mux(granted, whole[1:].any(), eligible[k]))
             count_entries(whole)
-            count_up_down(m, whole, up=arrives, down=granted, most=self._patches)
+            count_up_down(m, whole, up=arrives, down=granted, most=PATCHES)
             with m.If(granted):
                 m.d.sync += chosen.eq(k)
         with m.Switch(chosen):
