@@ -1,6 +1,5 @@
 """G2R transform: vertices from scene coordinates to the frustum's R frame."""
 
-from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -69,6 +68,4 @@ class G2rTransform(wiring.Component):
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
-        m = Module()
-        self._pipeline.add_to(m)
-        return m
+        return self._pipeline.module()
