@@ -46,8 +46,8 @@ class G2rTransform(wiring.Component):
 
         vertex = {"slot": formats.slot, "index": 2}
         super().__init__({
-            "i": In(struct_stream({**vertex, "vertex": formats.scene_vector}, always_ready=True)),
-            "o": Out(struct_stream({**vertex, "vertex": formats.vector_vector}, always_ready=True)),
+            "i": In(struct_stream({**vertex, "vertex": formats.scene_vector})),
+            "o": Out(struct_stream({**vertex, "vertex": formats.vector_vector})),
             "frustum": In(formats.frustum)})
         self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         given, made = self.i.payload, self.o.payload

@@ -74,20 +74,17 @@ class RayMemory(wiring.Component):
         self._config, self._formats, self._tag = config, IcuFormats(config), tag
         formats = self._formats
 
-        def items(fields):
-            return struct_stream(fields, always_ready=True)
-
         self._shadow = config.icu.shadow_bits > 0
         lists = {"lists": 1} if self._shadow else {}
         super().__init__({
             "i_start": In(stream.Signature(0)),
             "rays": In(range(config.icu.rays + 1), init=config.icu.rays), **({"is_shadow": In(1)} if lists else {}),
-            "i": In(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch,
+            "i": In(struct_stream({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch,
                            "hit": 1, **lists})),
-            "o": Out(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "won": 1})),
-            "i_payload": In(items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
+            "o": Out(struct_stream({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "won": 1})),
+            "i_payload": In(struct_stream({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
             "active": Out(1),
-            "i_read": In(struct_stream({"bank": 1, "ray": formats.ray})),
+            "i_read": In(stream.Signature(StructLayout({"bank": 1, "ray": formats.ray}))),
             "o_read": Out(stream.Signature(formats.hit))})
         self.latency = 5
 

@@ -69,15 +69,12 @@ class SettleMap(wiring.Component):
         self._config, self._formats = config, IcuFormats(config)
         formats, tiles = self._formats, config.icu.rays >> 2 * config.icu.tile_bits
 
-        def items(fields):
-            return struct_stream(fields, always_ready=True)
-
         super().__init__({
             "i_start": In(stream.Signature(0)), "tiles": In(range(tiles + 1), init=tiles),
             **({"settled": In(1)} if config.icu.shadow_bits else {}),
-            "i": In(items({"ray": formats.ray, "inverse": formats.inverse})),
-            "i_walk": In(items({"tag": tag, "tile": formats.tile})),
-            "o_walk": Out(items({"tag": tag, "word": formats.settle_word})),
+            "i": In(struct_stream({"ray": formats.ray, "inverse": formats.inverse})),
+            "i_walk": In(struct_stream({"tag": tag, "tile": formats.tile})),
+            "o_walk": Out(struct_stream({"tag": tag, "word": formats.settle_word})),
             "i_read": In(stream.Signature(formats.tile)), "o_read": Out(stream.Signature(formats.settle_word))})
         self.latency = 3
         # A register, the writer's latency, and the write.
