@@ -8,7 +8,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.cluster import Cluster, ClusterSignature
+from hw.cluster import Cluster, cluster_members
 from hw.control.completion_writer import CompletionWriter
 from hw.control.descriptor_fetch import DescriptorFetch
 from hw.control.frustum_load import FIRST_SHELL
@@ -133,7 +133,7 @@ class Engine(wiring.Component):
             writes=add("writes", WriteMerge(config=config, count=count + 1)),
             bus=add("bus", LocalBus(config=config, clusters=count)),
             interface=add("interface", SystemBusInterface(config=config, policies=self._policies)),
-            clusters=[BlackBox(ClusterSignature(config=config).members, name=CLUSTER) if self._black_boxes
+            clusters=[BlackBox(cluster_members(config), name=CLUSTER) if self._black_boxes
                       else Cluster(config=config) for _ in range(count)],
             patch_nodes=[PatchNode(config=config) for _ in range(config.noc.patch_nodes)])
         for number, patch_node in enumerate(blocks.patch_nodes, start=count):
