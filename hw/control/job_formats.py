@@ -14,13 +14,12 @@ from hw.ctu.ctu_formats import CtuFormats
 from hw.memsys.patches.path_formats import PathFormats
 from hw.registers.error_code import ErrorCode
 
-__all__ = ["COMPLETION_WORDS", "DESCRIPTOR_BYTES", "DESCRIPTOR_WORDS", "IN_FLIGHT", "NEAR_INDEX",
+__all__ = ["COMPLETION_WORDS", "DESCRIPTOR_WORDS", "IN_FLIGHT", "NEAR_INDEX",
            "WORD_BITS", "WORD_BYTES", "Bundle", "JobFormats", "Kind", "byte_of", "elements"]
 
 WORD_BYTES = 8
 WORD_BITS = 8 * WORD_BYTES
-DESCRIPTOR_BYTES = DESCRIPTOR.dtype.itemsize
-DESCRIPTOR_WORDS = DESCRIPTOR_BYTES // WORD_BYTES
+DESCRIPTOR_WORDS = DESCRIPTOR.dtype.itemsize // WORD_BYTES
 COMPLETION_WORDS = COMPLETION.dtype.itemsize // WORD_BYTES
 # The index of a word of near cells or of a listed ray: all of them follow the descriptor's words.
 NEAR_INDEX = DESCRIPTOR_WORDS
