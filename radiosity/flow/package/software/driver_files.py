@@ -68,12 +68,10 @@ def _enumeration(name: str, prefix: str, values: Iterable[tuple[str, str, str]])
 def _fields():
     """Masks of the registers with fields."""
     for one in ENGINE_REGISTERS:
-        low = 0
-        for field in one.fields:
+        for field, low in one.placed:
             mask = (1 << field.width) - 1 << low
             yield (f"#define RADIOSITY_{one.name.upper()}_{field.name.upper()} UINT32_C({mask:#x}) "
                    f"/* {plain_text(field.about)} */")
-            low += field.width
         if one.fields:
             yield ""
 
