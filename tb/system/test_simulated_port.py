@@ -13,9 +13,8 @@ from cocotb.utils import get_sim_time
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from radiosity.flow.host import EngineError, Host
+from radiosity.flow.host import EngineError, Host, RegisterError
 from radiosity.flow.simulator.machine_verilog import cluster_verilog, top_verilog
-from radiosity.flow.simulator.register_error import RegisterError
 from radiosity.flow.simulator.simulated_port import complete
 from tb.axi.axi_protocol import AxiProtocol
 from tb.axi.port_monitor import PortMonitor
