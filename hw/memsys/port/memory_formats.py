@@ -31,12 +31,6 @@ class MemoryFormats:
     low_bits, beat_bits, burst_bits, slot_bits
         Bits of the address of a byte in its beat, of the number of a beat, of its index in a burst, and of the number
         of an outstanding burst.
-    fault : StructLayout
-        `hw.memsys.port.fault.fault_layout`.
-    window : StructLayout
-        ``base`` <= address < ``limit``, of 64 bits as in the registers.
-    write_data : StructLayout
-        ``data`` and ``strobe``, a bit per byte.
     """
 
     def __init__(self, config: Config):
@@ -45,8 +39,11 @@ class MemoryFormats:
         self.beat_bits = memory.address_bits - self.low_bits
         self.burst_bits = memory.burst_beats.bit_length() - 1
         self.slot_bits = max(1, memory.outstanding.bit_length() - 1)
+        #: `hw.memsys.port.fault.fault_layout`.
         self.fault = fault_layout(memory.address_bits)
+        #: ``base`` <= address < ``limit``, of 64 bits as in the registers.
         self.window = StructLayout({"base": WINDOW_BITS, "limit": WINDOW_BITS})
+        #: ``data`` and ``strobe``, a bit per byte.
         self.write_data = StructLayout({"data": memory.data_bits, "strobe": memory.beat_bytes})
         #: An AXI burst: its id, first beat, and length.
         self.address = StructLayout({"id": self.slot_bits, "first": self.beat_bits, "length": self.burst_bits})
