@@ -1,7 +1,6 @@
 """Engine: clusters that cast a queue of sections, their network and bus, registers, and the memory port."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 from amaranth.hdl import Array, Cat, Module, Mux, ResetInserter, Signal
 from amaranth.lib import wiring
@@ -44,26 +43,6 @@ PRELOAD, FETCH = READERS, READERS + 1
 # Registers that `JobControl` reads, and those that it writes, under the same names.
 _TO_CONTROL = ("ring", "completions", "ring_bits", "doorbell", "image", "watchdog")
 _OF_CONTROL = ("status", "taken", "cycles")
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Blocks:
-    """The blocks of an engine; ``add`` adds one more that a stop resets."""
-
-    registers: Registers
-    control: JobControl
-    port: MainMemoryPort
-    completions: CompletionWriter
-    fetch: DescriptorFetch
-    dispatch: JobDispatch
-    preload: PreloadDma
-    load: LoadControl
-    writes: WriteMerge
-    bus: LocalBus
-    interface: SystemBusInterface
-    clusters: list[Cluster | BlackBox]
-    patch_nodes: list[PatchNode]
-    add: Callable
 
 
 class Engine(wiring.Component):
@@ -123,10 +102,11 @@ class Engine(wiring.Component):
         m.submodules.completions = completions = CompletionWriter(config=config)
 
         def add(name, component):
+            """A block that a stop resets."""
             m.submodules[name] = ResetInserter(control.stops)(component)
             return component
 
-        blocks = _Blocks(
+        blocks = SimpleNamespace(
             registers=registers, control=control, port=port, completions=completions, add=add,
             fetch=add("fetch", DescriptorFetch(config=config)), dispatch=add("dispatch", JobDispatch(config=config)),
             preload=add("preload", PreloadDma(config=config)), load=add("load", LoadControl(config=config)),
