@@ -35,7 +35,7 @@ from hw.memsys.results.result_writer import ResultWriter
 from hw.registers.counter_choice import CounterChoice
 from hw.registers.engine_registers import COUNTER_BITS
 
-__all__ = ["COUNTERS", "RECORDED", "UNIT_COUNTERS", "Cluster", "ClusterSignature"]
+__all__ = ["COUNTERS", "RECORDED", "UNIT_COUNTERS", "Cluster", "cluster_members"]
 
 UNIT_COUNTERS = {"intersection": INTERSECTION_COUNTERS, "traversal": TRAVERSAL_COUNTERS, "memory": MEMORY_COUNTERS}
 # All counters of a cluster by name, with what each one counts.
@@ -51,26 +51,8 @@ _MEMORY = ("o_request", "i_reply", "o_bus", "i_bus")
 _TABLES = ("cells", "lists", "types", "geometry")
 
 
-class ClusterSignature(wiring.Signature):
-    """The interface of a cluster, see `Cluster`.
-
-    Parameters
-    ----------
-    config
-        The configuration.
-    """
-
-    def __init__(self, *, config: Config):
-        self._config = config
-        super().__init__(_members(config))
-
-    @property
-    def config(self) -> Config:
-        """The configuration."""
-        return self._config
-
-
-def _members(config):
+def cluster_members(config: Config) -> dict[str, wiring.Member]:
+    """The members of a `Cluster`."""
     formats, path, control, job, memory = (
         kind(config) for kind in (IcuFormats, PathFormats, ControlFormats, JobFormats, MemoryFormats))
     return {
@@ -167,7 +149,7 @@ class Cluster(wiring.Component):
         self._memory = MemorySystem(config=config)
         self._intersection = IntersectionUnit(config=config)
         self._traversal = TraversalUnit(config=config, pipelines=config.ctu.traversal_pipelines(config.noc.clusters))
-        super().__init__(ClusterSignature(config=config))
+        super().__init__(cluster_members(config))
 
     def elaborate(self, platform):
         m = Module()

@@ -1,14 +1,13 @@
 """Engine: clusters that cast a queue of sections, their network and bus, registers, and the memory port."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 from amaranth.hdl import Array, Cat, Module, Mux, ResetInserter, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.cluster import Cluster, ClusterSignature
+from hw.cluster import Cluster, cluster_members
 from hw.control.completion_writer import CompletionWriter
 from hw.control.descriptor_fetch import DescriptorFetch
 from hw.control.frustum_load import FIRST_SHELL
@@ -44,26 +43,6 @@ PRELOAD, FETCH = READERS, READERS + 1
 # Registers that `JobControl` reads, and those that it writes, under the same names.
 _TO_CONTROL = ("ring", "completions", "ring_bits", "doorbell", "image", "watchdog")
 _OF_CONTROL = ("status", "taken", "cycles")
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Blocks:
-    """The blocks of an engine; ``add`` adds one more that a stop resets."""
-
-    registers: Registers
-    control: JobControl
-    port: MainMemoryPort
-    completions: CompletionWriter
-    fetch: DescriptorFetch
-    dispatch: JobDispatch
-    preload: PreloadDma
-    load: LoadControl
-    writes: WriteMerge
-    bus: LocalBus
-    interface: SystemBusInterface
-    clusters: list[Cluster | BlackBox]
-    patch_nodes: list[PatchNode]
-    add: Callable
 
 
 class Engine(wiring.Component):
@@ -123,17 +102,18 @@ class Engine(wiring.Component):
         m.submodules.completions = completions = CompletionWriter(config=config)
 
         def add(name, component):
+            """A block that a stop resets."""
             m.submodules[name] = ResetInserter(control.stops)(component)
             return component
 
-        blocks = _Blocks(
+        blocks = SimpleNamespace(
             registers=registers, control=control, port=port, completions=completions, add=add,
             fetch=add("fetch", DescriptorFetch(config=config)), dispatch=add("dispatch", JobDispatch(config=config)),
             preload=add("preload", PreloadDma(config=config)), load=add("load", LoadControl(config=config)),
             writes=add("writes", WriteMerge(config=config, count=count + 1)),
             bus=add("bus", LocalBus(config=config, clusters=count)),
             interface=add("interface", SystemBusInterface(config=config, policies=self._policies)),
-            clusters=[BlackBox(ClusterSignature(config=config).members, name=CLUSTER) if self._black_boxes
+            clusters=[BlackBox(cluster_members(config), name=CLUSTER) if self._black_boxes
                       else Cluster(config=config) for _ in range(count)],
             patch_nodes=[PatchNode(config=config) for _ in range(config.noc.patch_nodes)])
         for number, patch_node in enumerate(blocks.patch_nodes, start=count):

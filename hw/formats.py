@@ -49,7 +49,6 @@ class Formats:
 
     def __init__(self, config: Config):
         numbers, icu = config.numbers, config.icu
-        self.config = config
         self.scene = shape(numbers.scene)
         self.direction = shape(numbers.direction)
         self.inverse = shape(numbers.inverse)
@@ -63,48 +62,26 @@ class Formats:
         self.threshold = unsigned(icu.settle_bits + 1)
         self.cell = unsigned(CELL_BITS)
         self.tile = unsigned(icu.ray_bits - 2 * icu.tile_bits)
-
-    @property
-    def frustum(self) -> StructLayout:
-        """A bundle of rays, and the section of it that is a cluster's own.
-
-        ``section``: first_column <= column < end_column, and likewise rows. ``tiles_across``: tiles in a row of tiles
-        of the section. ``longest_direction``: see `golden.engine.frustum.FrustumRecord`, little more than 1; 0 for a
-        screen. A shadow frustum is a screen too.
-        """
-        side = range(self.config.icu.side_bits + 1)
-        shadow = {"is_shadow": 1} if self.config.icu.shadow_bits else {}
-        return StructLayout({
+        #: Half-open ranges of columns and rows.
+        self.section = StructLayout(dict.fromkeys(("first_column", "end_column", "first_row", "end_row"), self.count))
+        side = range(icu.side_bits + 1)
+        shadow = {"is_shadow": 1} if icu.shadow_bits else {}
+        #: A bundle of rays, and the section of it that is a cluster's own. ``section``: first_column <= column <
+        #: end_column, and likewise rows. ``tiles_across``: tiles in a row of tiles of the section.
+        #: ``longest_direction``: see `golden.engine.frustum.FrustumRecord`, little more than 1; 0 for a screen. A
+        #: shadow frustum is a screen too.
+        self.frustum = StructLayout({
             "is_screen": 1, **shadow, "origin": self.scene_vector, "matrix": ArrayLayout(self.direction_vector, 3),
-            "columns": self.count, "rows": self.count, "column_bits": side, "row_bits": side,
-            "source": self.surface, "longest_direction": unsigned(self.direction.width - 1),
-            "section": self.section, "tiles_across": self.count})
-
-    @property
-    def section(self) -> StructLayout:
-        """Half-open ranges of columns and rows."""
-        return StructLayout(dict.fromkeys(("first_column", "end_column", "first_row", "end_row"), self.count))
-
-    @property
-    def direction_pair(self) -> ArrayLayout:
-        """An entry of the column table or the row table."""
-        return ArrayLayout(self.direction, 2)
-
-    @property
-    def patch_vertex(self) -> StructLayout:
-        """One of the four vertices of a patch; ids are the same in all four."""
-        return StructLayout({"patch": self.patch, "surface": self.surface, "vertex": self.scene_vector})
-
-    @property
-    def window(self) -> StructLayout:
-        """Columns and rows of the frustum; in a hemisphere the columns may go on from the last to the first.
-
-        Counts of 0: no rays.
-        """
-        return StructLayout({"column_first": self.index, "column_count": self.count,
-                             "row_first": self.index, "row_count": self.count})
-
-    @property
-    def settle_word(self) -> ArrayLayout:
-        """Settle codes of a tile: ray (column, row) at (row mod side) side + column mod side."""
-        return ArrayLayout(self.settle, 1 << 2 * self.config.icu.tile_bits)
+            "columns": self.count, "rows": self.count, "column_bits": side, "row_bits": side, "source": self.surface,
+            "longest_direction": unsigned(self.direction.width - 1), "section": self.section,
+            "tiles_across": self.count})
+        #: An entry of the column table or the row table.
+        self.direction_pair = ArrayLayout(self.direction, 2)
+        #: One of the four vertices of a patch; ids are the same in all four.
+        self.patch_vertex = StructLayout({"patch": self.patch, "surface": self.surface, "vertex": self.scene_vector})
+        #: Columns and rows of the frustum; in a hemisphere the columns may go on from the last to the first. Counts of
+        #: 0: no rays.
+        self.window = StructLayout({"column_first": self.index, "column_count": self.count, "row_first": self.index,
+                                    "row_count": self.count})
+        #: Settle codes of a tile: ray (column, row) at (row mod side) side + column mod side.
+        self.settle_word = ArrayLayout(self.settle, 1 << 2 * icu.tile_bits)

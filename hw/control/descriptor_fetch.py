@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.engine.config import Config
 from golden.engine.jobs.descriptor import NEAR_ALIGNMENT
 from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, WORD_BITS, JobFormats, Kind, elements
-from hw.lib.checks import claim_steps
+from hw.lib.checks import count_steps
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
 from hw.memsys.port.memory_formats import MemoryFormats
@@ -138,10 +138,8 @@ class DescriptorFetch(wiring.Component):
             m.d.sync += done.eq(Mux(left == chunk, 0, done + chunk))
         with m.If(requests & ~is_near):
             m.d.sync += number.eq(number + 1)
-        claim_steps(m, held, up=requests & ~is_near, down=sent_descriptor, most=DESCRIPTORS)
-        claim_steps(m, reserved, up=Mux(requests & is_near, chunk, 0), down=sent_word, most=NEAR_WORDS)
-        m.d.sync += [held.eq(held + (requests & ~is_near) - sent_descriptor),
-                     reserved.eq(reserved + Mux(requests & is_near, chunk, 0) - sent_word)]
+        count_steps(m, held, up=requests & ~is_near, down=sent_descriptor, most=DESCRIPTORS)
+        count_steps(m, reserved, up=Mux(requests & is_near, chunk, 0), down=sent_word, most=NEAR_WORDS)
 
     def _add_words(self, m, *, reader, extents, near, counts):
         """Words that arrive, to the memory; what a descriptor's words say of its near cells."""
@@ -210,8 +208,7 @@ class DescriptorFetch(wiring.Component):
             left[0].eq(steps.valid & steps.ready & ~is_near), left[1].eq(steps.valid & steps.ready & is_near),
             counts.o.ready.eq((left[0] | left[1]) & ends)]
         for level, arrived, leaves in zip(levels, self._arrived, left, strict=True):
-            claim_steps(m, level, up=arrived, down=leaves, most=(1 << len(level)) - 1)
-            m.d.sync += level.eq(level + arrived - leaves)
+            count_steps(m, level, up=arrived, down=leaves, most=(1 << len(level)) - 1)
         with m.If(left[0]):
             m.d.sync += index.eq(index + 1)
             with m.If(index == NEAR_INDEX - 1):

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.formats import Formats
-from hw.lib.checks import claim_steps
+from hw.lib.checks import count_steps
 from hw.lib.start_all import StartAll
 
 __all__ = ["SectionCast"]
@@ -81,8 +81,8 @@ class SectionCast(wiring.Component):
         m.d.sync += [columns.eq(section.end_column - section.first_column),
                      self.tiles_across.eq((columns + (1 << bits) - 1) >> bits)]
         over, settled, patches, known = Signal(), Signal(), Signal(range(PATCHES + 1)), Signal()
-        m.d.sync += [patches.eq(patches + self.enters - self.leaves), known.eq(self.i.valid & ~self.i.ready)]
-        claim_steps(m, patches, up=self.enters, down=self.leaves, most=PATCHES)
+        count_steps(m, patches, up=self.enters, down=self.leaves, most=PATCHES)
+        m.d.sync += known.eq(self.i.valid & ~self.i.ready)
         m.d.comb += [self.idle.eq(self.drained & (patches == 0)), self.busy.eq(1)]
         m.submodules.behind, m.submodules.before = behind, before = StartAll(count=2), StartAll(count=2)
         for start, name in zip((*behind.o, *before.o), _UNITS, strict=True):

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.control.job_formats import JobFormats
-from hw.lib.checks import claim_steps
+from hw.lib.checks import count_steps
 
 __all__ = ["SectionTable"]
 
@@ -84,9 +84,8 @@ class SectionTable(wiring.Component):
                 self.waits[k].eq(counts[k] != 0),
                 self.restarts[k].eq((pushes & (counts[k] == 0)) | (pops & ~aborts))]
             begins, ends = self.begins[k] & self.live, pops & (begun[k] != 0)
-            claim_steps(m, counts[k], up=pushes, down=pops, most=(1 << self._index_bits) - 1)
-            claim_steps(m, begun[k], up=begins, down=ends, most=(1 << self._index_bits) - 1)
-            m.d.sync += [
-                counts[k].eq(counts[k] + pushes - pops), oldest[k].eq(oldest[k] + pops),
-                begun[k].eq(begun[k] + begins - ends)]
+            most = (1 << self._index_bits) - 1
+            count_steps(m, counts[k], up=pushes, down=pops, most=most)
+            m.d.sync += oldest[k].eq(oldest[k] + pops)
+            count_steps(m, begun[k], up=begins, down=ends, most=most)
         return m

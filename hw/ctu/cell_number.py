@@ -1,6 +1,5 @@
 """Cell number: of a cell's position in the grid."""
 
-from amaranth.hdl import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
@@ -61,6 +60,4 @@ class CellNumber(wiring.Component):
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
-        m = Module()
-        self._pipeline.add_to(m)
-        return m
+        return self._pipeline.module()

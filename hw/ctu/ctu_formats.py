@@ -87,116 +87,62 @@ class CtuFormats(Formats):
         self.position = signed(POSITION_BITS + INDEX_FRACTION)
         self.reach = unsigned(REACH_BITS + INDEX_FRACTION)
         self.position_bound = signed(self.position.width + 2)
-
-    @property
-    def grid_ray(self) -> StructLayout:
-        """A grid ray of one shell: parameters in cells."""
-        return StructLayout({"direction": ArrayLayout(self.grid_direction, 3), "begin": self.begin,
-                             "length": self.parameter})
-
-    @property
-    def walk(self) -> StructLayout:
-        """Where a grid ray is: its cell, and the parameters of the next border on each axis and between two of them.
-
-        ``up``, ``down``: the ray's direction along each axis, if any. ``inside``: the cell is one of the grid.
-        ``away``: the ray is outside for good. ``length``: of the shell.
-        """
-        return StructLayout({"index": ArrayLayout(self.grid_index, 3), "up": 3, "down": 3,
-                             "next": ArrayLayout(self.parameter, 3), "between": ArrayLayout(self.parameter, 3),
-                             "length": self.parameter, "inside": 1, "away": 1})
-
-    @property
-    def subshell(self) -> StructLayout:
-        """A listed subshell: the window of a patch, through all shells up to ``shell``; or the ``last`` one, which is
-        all of the sector to the last shell and has no patch.
-        """
-        return StructLayout({"patch": self.patch, "shell": self.shell, "last": 1})
-
-    @property
-    def subshell_window(self) -> StructLayout:
-        """A subshell with its window, which says nothing of the ``last`` one."""
-        return StructLayout({"window": self.window, "shell": self.shell, "last": 1})
-
-    @property
-    def arcs(self) -> StructLayout:
-        """Columns of grid rays with positions from ``low`` up to ``end``, and (``wraps``) others up to ``over``."""
-        return StructLayout({"low": self.position_bound, "end": self.position_bound, "wraps": 1,
-                             "over": self.position_bound})
-
-    @property
-    def grid_stage(self) -> StructLayout:
-        """A shell of a subshell: ``rows`` rows of grid rays from ``row`` on, which is the shell's ``row_number``-th
-        one; the arcs of the subshell's window; and the shell's columns and its first ray. Or none of it (``final``).
-        """
-        return StructLayout({
+        #: A grid ray of one shell: parameters in cells.
+        self.grid_ray = StructLayout({"direction": ArrayLayout(self.grid_direction, 3), "begin": self.begin,
+                                      "length": self.parameter})
+        #: Where a grid ray is: its cell, and the parameters of the next border on each axis and between two of them.
+        #: ``up``, ``down``: the ray's direction along each axis, if any. ``inside``: the cell is one of the grid.
+        #: ``away``: the ray is outside for good. ``length``: of the shell.
+        self.walk = StructLayout({
+            "index": ArrayLayout(self.grid_index, 3), "up": 3, "down": 3, "next": ArrayLayout(self.parameter, 3),
+            "between": ArrayLayout(self.parameter, 3), "length": self.parameter, "inside": 1, "away": 1})
+        #: A listed subshell: the window of a patch, through all shells up to ``shell``; or the ``last`` one, which is
+        #: all of the sector to the last shell and has no patch.
+        self.subshell = StructLayout({"patch": self.patch, "shell": self.shell, "last": 1})
+        #: A subshell with its window, which says nothing of the ``last`` one.
+        self.subshell_window = StructLayout({"window": self.window, "shell": self.shell, "last": 1})
+        #: Columns of grid rays with positions from ``low`` up to ``end``, and (``wraps``) others up to ``over``.
+        self.arcs = StructLayout({"low": self.position_bound, "end": self.position_bound, "wraps": 1,
+                                  "over": self.position_bound})
+        #: A shell of a subshell: ``rows`` rows of grid rays from ``row`` on, which is the shell's ``row_number``-th
+        #: one; the arcs of the subshell's window; and the shell's columns and its first ray. Or none of it (``final``).
+        self.grid_stage = StructLayout({
             "stage": self.stage, "shell": self.shell, "row": self.grid_row_address, "row_number": self.grid_side,
             "rows": self.grid_side, "window": self.arcs, "first_column": self.grid_column_address,
             "columns": self.grid_side, "first_ray": self.grid_number, "final": 1})
-
-    @property
-    def grid_piece(self) -> StructLayout:
-        """Neighbours in a row: ``count`` grid rays, the first of them ``ray`` in ``row`` and ``column``. Or none, and
-        ``last`` or ``final`` as of a `grid_request`.
-        """
-        return StructLayout({"stage": self.stage, "shell": self.shell, "ray": self.grid_number,
-                             "row": self.grid_row_address, "column": self.grid_column_address, "count": self.grid_side,
-                             "last": 1, "final": 1})
-
-    @property
-    def grid_request(self) -> StructLayout:
-        """Neighbours in a row that a subshell requests in a shell: ``count`` grid rays, at most `GRID_GROUP`, of the
-        first the number, and row and column as addresses of the tables; or none, only to say that its stage is over
-        (``last``) or the frustum (``final``).
-
-        ``stage`` counts the stages from the frustum's first one on.
-        """
-        return StructLayout({"stage": self.stage, "shell": self.shell, "ray": self.grid_number,
-                             "row": self.grid_row_address, "column": self.grid_column_address, "count": self.grid_group,
-                             "last": 1, "final": 1})
-
-    @property
-    def grid_shell(self) -> StructLayout:
-        """Of a shell: see `golden.engine.memory_map`, ``shells``; ``length`` is end - begin."""
-        return StructLayout({"begin": self.begin, "length": self.parameter, "threshold": self.threshold,
-                             "row_border": self.reach, "first_row": self.grid_row_address, "rows": self.grid_side,
-                             "first_column": self.grid_column_address, "columns": self.grid_side,
-                             "first_ray": self.grid_number})
-
-    @property
-    def grid_row(self) -> StructLayout:
-        """Of a row of grid rays: see `golden.engine.memory_map`, ``grid_rows``."""
-        return StructLayout({"table": self.grid_pair, "position": self.position, "first_near": self.count,
-                             "near": self.count, "column_reach": self.reach, "column_border": self.reach})
-
-    @property
-    def grid_column(self) -> StructLayout:
-        """Of a column of grid rays: see `golden.engine.memory_map`, ``grid_columns``."""
-        return StructLayout({"table": self.grid_pair, "position": self.position})
-
-    @property
-    def grid_table_write(self) -> StructLayout:
-        """An entry of one of the grid rays' tables; ``data`` is the kind's record."""
+        #: Neighbours in a row: ``count`` grid rays, the first of them ``ray`` in ``row`` and ``column``. Or none, and
+        #: ``last`` or ``final`` as of a `grid_request`.
+        self.grid_piece = StructLayout({
+            "stage": self.stage, "shell": self.shell, "ray": self.grid_number, "row": self.grid_row_address,
+            "column": self.grid_column_address, "count": self.grid_side, "last": 1, "final": 1})
+        #: Neighbours in a row that a subshell requests in a shell: ``count`` grid rays, at most `GRID_GROUP`, of the
+        #: first the number, and row and column as addresses of the tables; or none, only to say that its stage is over
+        #: (``last``) or the frustum (``final``). ``stage`` counts the stages from the frustum's first one on.
+        self.grid_request = StructLayout({
+            "stage": self.stage, "shell": self.shell, "ray": self.grid_number, "row": self.grid_row_address,
+            "column": self.grid_column_address, "count": self.grid_group, "last": 1, "final": 1})
+        #: Of a shell: see `golden.engine.memory_map`, ``shells``; ``length`` is end - begin.
+        self.grid_shell = StructLayout({
+            "begin": self.begin, "length": self.parameter, "threshold": self.threshold, "row_border": self.reach,
+            "first_row": self.grid_row_address, "rows": self.grid_side, "first_column": self.grid_column_address,
+            "columns": self.grid_side, "first_ray": self.grid_number})
+        #: Of a row of grid rays: see `golden.engine.memory_map`, ``grid_rows``.
+        self.grid_row = StructLayout({"table": self.grid_pair, "position": self.position, "first_near": self.count,
+                                      "near": self.count, "column_reach": self.reach, "column_border": self.reach})
+        #: Of a column of grid rays: see `golden.engine.memory_map`, ``grid_columns``.
+        self.grid_column = StructLayout({"table": self.grid_pair, "position": self.position})
         records = self.grid_shell, self.grid_row, self.grid_column
-        return StructLayout({"kind": GridTableKind,
-                             "index": max(one.width for one in (
-                                 self.shell, self.grid_row_address, self.grid_column_address)),
-                             "data": max(Shape.cast(record).width for record in records)})
-
-    @property
-    def traversal_frustum(self) -> StructLayout:
-        """A frustum for cell traversal: also the matrix of directions to G, the origin in cells of the grid
-        (``grid_origin``), and how many ``cells`` that has along each axis.
-        """
-        return StructLayout({"frustum": self.frustum, "to_global": ArrayLayout(self.direction_vector, 3),
-                             "grid_origin": ArrayLayout(self.grid_coordinate, 3),
-                             "cells": ArrayLayout(self.grid_count, 3)})
-
-    @property
-    def near_cell(self) -> StructLayout:
-        """A cell of shell 1, or none, and whether it is the ``last`` one."""
-        return StructLayout({"cell": self.cell, "is_cell": 1, "last": 1})
-
-    @property
-    def met_cell(self) -> StructLayout:
-        """A cell that a grid ray of a stage has met, or (``final``) none: the frustum is over."""
-        return StructLayout({"cell": self.cell, "stage": self.stage, "final": 1})
+        #: An entry of one of the grid rays' tables; ``data`` is the kind's record.
+        self.grid_table_write = StructLayout({
+            "kind": GridTableKind,
+            "index": max(one.width for one in (self.shell, self.grid_row_address, self.grid_column_address)),
+            "data": max(Shape.cast(record).width for record in records)})
+        #: A frustum for cell traversal: also the matrix of directions to G, the origin in cells of the grid
+        #: (``grid_origin``), and how many ``cells`` that has along each axis.
+        self.traversal_frustum = StructLayout({
+            "frustum": self.frustum, "to_global": ArrayLayout(self.direction_vector, 3),
+            "grid_origin": ArrayLayout(self.grid_coordinate, 3), "cells": ArrayLayout(self.grid_count, 3)})
+        #: A cell of shell 1, or none, and whether it is the ``last`` one.
+        self.near_cell = StructLayout({"cell": self.cell, "is_cell": 1, "last": 1})
+        #: A cell that a grid ray of a stage has met, or (``final``) none: the frustum is over.
+        self.met_cell = StructLayout({"cell": self.cell, "stage": self.stage, "final": 1})

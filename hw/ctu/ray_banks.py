@@ -9,10 +9,12 @@ from hw.ctu.ray_memory import RayMemory
 from hw.lib.arbiter import Arbiter
 from hw.lib.fork import Fork
 from hw.lib.queue import Queue
-from hw.lib.validate import check_integer, check_power_of_two
+from hw.lib.validate import check_integer
 
 __all__ = ["RayBanks"]
 
+# A power of two.
+BANKS = 2
 # Requests in front of each bank: so many more of one bank than of the others may come without a wait.
 REQUESTS = 8
 
@@ -26,9 +28,7 @@ class RayBanks(wiring.Component):
     Parameters
     ----------
     slots, version_bits, deferred, generation_bits, tag
-        See `RayMemory`; of all banks together.
-    banks
-        A power of two, at least 2; ``slots`` and ``deferred`` are multiples of it.
+        See `RayMemory`; of all banks together. ``slots`` and ``deferred`` are multiples of `BANKS`.
 
     Members
     -------
@@ -51,32 +51,30 @@ class RayBanks(wiring.Component):
     Golden counterpart: `golden.engine.ctu.ray_memory.RayMemory`. Source: Shen 1993, Fig. 5.10 and section 5.3.4.4.
     """
 
-    def __init__(self, *, slots: int, version_bits: int, deferred: int, generation_bits: int, tag, banks: int = 2):
-        check_power_of_two("Banks", banks, minimum=2)
+    def __init__(self, *, slots: int, version_bits: int, deferred: int, generation_bits: int, tag):
         for name, value in (("Slots", slots), ("Deferred", deferred)):
-            check_integer(name, value, minimum=banks)
-            if value % banks:
+            check_integer(name, value, minimum=BANKS)
+            if value % BANKS:
                 raise ValueError(f"{name} must be a multiple of the banks, not {value!r}")
         self._banks = [RayMemory(
-            slots=slots // banks, version_bits=version_bits, deferred=deferred // banks,
-            generation_bits=generation_bits, tag=tag) for _ in range(banks)]
+            slots=slots // BANKS, version_bits=version_bits, deferred=deferred // BANKS,
+            generation_bits=generation_bits, tag=tag) for _ in range(BANKS)]
         request = StructLayout({"slot": range(slots), "version": version_bits, "tag": tag})
         super().__init__({
             "i_start": In(stream.Signature(0)), "i": In(stream.Signature(request)),
             "i_return": In(stream.Signature(range(slots), always_ready=True)), "o": Out(stream.Signature(request)),
-            "o_passed": Out(stream.Signature(tag, always_ready=True)).array(banks),
+            "o_passed": Out(stream.Signature(tag, always_ready=True)).array(BANKS),
             "waiting": Out(range(deferred + 1))})
-        self._merge = Arbiter(self._banks[0].o.payload.shape(), count=banks)
+        self._merge = Arbiter(self._banks[0].o.payload.shape(), count=BANKS)
         self.latency = 1 + self._banks[0].latency + self._merge.latency
 
     def elaborate(self, platform):
         m = Module()
-        count = len(self._banks)
-        bits = count.bit_length() - 1
-        m.submodules.starts, m.submodules.merge = starts, merge = Fork(0, count=count), self._merge
-        queues = [Queue(self._banks[0].i.payload.shape(), depth=REQUESTS) for _ in range(count)]
+        bits = BANKS.bit_length() - 1
+        m.submodules.starts, m.submodules.merge = starts, merge = Fork(0, count=BANKS), self._merge
+        queues = [Queue(self._banks[0].i.payload.shape(), depth=REQUESTS) for _ in range(BANKS)]
         request, chosen = self.i.payload, self.i.payload.slot[:bits]
-        free, empty = Signal(count), Signal()
+        free, empty = Signal(BANKS), Signal()
         m.d.comb += [
             # What was taken before a frustum's begin belongs to the one before.
             empty.eq(~Cat(queue.o.valid for queue in queues).any()), starts.i.valid.eq(self.i_start.valid & empty),

@@ -5,7 +5,7 @@ from amaranth.lib import enum, stream, wiring
 from amaranth.lib.data import StructLayout, View
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, claim_steps, count_entries, count_steps
 from hw.lib.fork import Fork
 from hw.lib.generations import Generations
 from hw.lib.queue import Queue
@@ -168,9 +168,8 @@ class RayMemory(wiring.Component):
                                             departs=departs, defers=defers)
         enters = self._add_accesses(m, rows.i, retry, generations, resolved=resolved, stays=decided & ~leaves)
         count_entries(self.waiting)
-        claim_steps(m, self.waiting, up=requested & defers, down=retried & ~defers, most=self._deferred)
+        count_steps(m, self.waiting, up=requested & defers, down=retried & ~defers, most=self._deferred)
         claim(m, ~leaving.i.valid | leaving.i.ready, "a departure has an entry")
-        m.d.sync += self.waiting.eq(self.waiting + (requested & defers) - (retried & ~defers))
 
         # A frustum begins when no access is in flight and no request is deferred.
         in_flight, quiet = Signal(self.latency - 1), Signal()
@@ -230,9 +229,8 @@ class RayMemory(wiring.Component):
         leaves = self.o.valid & self.o.ready
         count_entries((LEAVING - credits) + held)
         claim_steps(m, credits, up=stays + leaves, down=accepts | retries, most=LEAVING)
-        claim_steps(m, held, up=accepts, down=resolved, most=self._deferred)
-        m.d.sync += [credits.eq(credits - (accepts | retries) + stays + leaves),
-                     held.eq(held + accepts - resolved)]
+        m.d.sync += credits.eq(credits - (accepts | retries) + stays + leaves)
+        count_steps(m, held, up=accepts, down=resolved, most=self._deferred)
 
         entry, enters = Signal(rows.payload.tag.shape(), reset_less=True), Signal()
         m.d.comb += [

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.engine.config import Config
 from hw.ctu.square_scan import SIDE_BITS, square
 from hw.formats import Formats
-from hw.lib.checks import claim_steps
+from hw.lib.checks import count_steps
 from hw.lib.fixed import extreme, small_product
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
@@ -160,8 +160,7 @@ class SettleSweep(wiring.Component):
 
         # The next frustum begins when nothing of the last one is in flight.
         in_flight = Signal(8)
-        claim_steps(m, in_flight, up=advances, down=self._made.valid, most=(1 << len(in_flight)) - 1)
-        m.d.sync += in_flight.eq(in_flight + advances - self._made.valid)
+        count_steps(m, in_flight, up=advances, down=self._made.valid, most=(1 << len(in_flight)) - 1)
         m.d.comb += self.i_start.ready.eq((in_flight == 0) & ~turn.valid)
         with m.If(begins):
             m.d.sync += [active.eq(1), inner.eq(0), *(count.eq(0) for count in outer.values())]

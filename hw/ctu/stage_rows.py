@@ -10,7 +10,7 @@ from golden.engine.config import Config
 from golden.engine.ctu.grid_rays import INDEX_FRACTION
 from hw.ctu.ctu_formats import CtuFormats, GridTableKind
 from hw.ctu.position_search import PositionSearch
-from hw.lib.checks import claim_steps
+from hw.lib.checks import count_steps
 
 __all__ = ["StageRows"]
 
@@ -82,8 +82,8 @@ class StageRows(wiring.Component):
         sector_low, sector_end = Signal(bound, reset_less=True), Signal(bound, reset_less=True)
         record = Signal.like(read.data, reset_less=True)
         in_flight, starts = Signal(range((1 << formats.stage.width) + 1)), Signal()
-        claim_steps(m, in_flight, up=starts, down=self.i_over.valid, most=1 << formats.stage.width)
-        m.d.sync += [in_flight.eq(in_flight + starts - self.i_over.valid), starts.eq(0)]
+        count_steps(m, in_flight, up=starts, down=self.i_over.valid, most=1 << formats.stage.width)
+        m.d.sync += starts.eq(0)
         # The stage that is given has started: the next one's numbers.
         with m.If(starts):
             m.d.sync += [stage.eq(stage + 1), shell.eq(shell + 1)]

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.ctu.ctu_formats import CtuFormats
-from hw.lib.checks import claim_steps
+from hw.lib.checks import count_steps
 from hw.lib.queue import Queue
 
 __all__ = ["ListError", "SubshellGenerator"]
@@ -86,8 +86,7 @@ class SubshellGenerator(wiring.Component):
         m.d.comb += self.o_read.payload.eq(address)
         with m.If(requests):
             m.d.sync += [address.eq(address + 1), left.eq(left - 1)]
-        claim_steps(m, held, up=requests, down=leaves, most=ENTRIES)
-        m.d.sync += held.eq(held + requests - leaves)
+        count_steps(m, held, up=requests, down=leaves, most=ENTRIES)
 
         # Entries are checked first: their fields are wider in memory than in the unit.
         read, checked, is_checked = self.i_read, Signal(entries.i.payload.shape(), reset_less=True), Signal()

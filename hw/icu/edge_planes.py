@@ -54,9 +54,8 @@ class EdgePlanes(wiring.Component):
         patch = StructLayout({"slot": formats.slot, "directions": ArrayLayout(formats.vertex_vector, 4)})
         super().__init__({
             "i": In(stream.Signature(patch, always_ready=True)),
-            "o_planes": Out(struct_stream({"slot": formats.slot, "part": formats.planes}, always_ready=True)),
-            "o": Out(struct_stream({"slot": formats.slot, "winding": formats.winding, "signs": formats.signs},
-                                   always_ready=True))})
+            "o_planes": Out(struct_stream({"slot": formats.slot, "part": formats.planes})),
+            "o": Out(struct_stream({"slot": formats.slot, "winding": formats.winding, "signs": formats.signs}))})
         self._phases = TimeMultiplexer(patch, count=PHASES, interval=interval, turned="directions")
         beat = self._phases.o
         # The results of a phase: the signs of its edge's triple product, of its edge's plane and of the diagonal's.

@@ -1,6 +1,5 @@
 """G2R transform: vertices from scene coordinates to the frustum's R frame."""
 
-from amaranth.hdl import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -47,8 +46,8 @@ class G2rTransform(wiring.Component):
 
         vertex = {"slot": formats.slot, "index": 2}
         super().__init__({
-            "i": In(struct_stream({**vertex, "vertex": formats.scene_vector}, always_ready=True)),
-            "o": Out(struct_stream({**vertex, "vertex": formats.vector_vector}, always_ready=True)),
+            "i": In(struct_stream({**vertex, "vertex": formats.scene_vector})),
+            "o": Out(struct_stream({**vertex, "vertex": formats.vector_vector})),
             "frustum": In(formats.frustum)})
         self._pipeline = pipeline = Pipeline(self.i, self.o, interval=interval)
         given, made = self.i.payload, self.o.payload
@@ -69,6 +68,4 @@ class G2rTransform(wiring.Component):
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
-        m = Module()
-        self._pipeline.add_to(m)
-        return m
+        return self._pipeline.module()

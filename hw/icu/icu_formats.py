@@ -83,117 +83,60 @@ class IcuFormats(Formats):
         self.vertex_vector = ArrayLayout(self.vertex, 3)
         self.edge_plane_vector = ArrayLayout(self.edge_plane, 3)
         self.mantissa_vector = ArrayLayout(self.mantissa, 3)
-
-    @property
-    def table_write(self) -> StructLayout:
-        """An entry of one of the frustum's tables; ``data`` is a `direction_pair`, an angle or a weight."""
-        return StructLayout({"kind": TableKind, "index": self.index, "data": unsigned(WEIGHT_BITS)})
-
-    @property
-    def planes(self) -> ArrayLayout:
-        """Edge planes in the order of `golden.engine.icu.edge_planes.EDGES`."""
-        return ArrayLayout(self.edge_plane_vector, 6)
-
-    @property
-    def winding(self) -> StructLayout:
-        """The two orientations of a patch, -1, 0 or 1, and whether it is split, see `golden.engine.icu.edge_planes`."""
-        return StructLayout({"orientation": ArrayLayout(self.orientation, 2), "split": 1})
-
-    @property
-    def signs(self) -> ArrayLayout:
-        """-1, 0 or 1 for each component of the planes of the four edges and the first diagonal."""
-        return ArrayLayout(ArrayLayout(self.orientation, 3), 5)
-
-    @property
-    def factor(self) -> StructLayout:
-        """Plane factor m = mantissa 2^exponent."""
-        return StructLayout({"mantissa": self.mantissa_vector, "exponent": self.factor_exponent, "dropped": 1})
-
-    @property
-    def exponents(self) -> ArrayLayout:
-        """Of the four V' of a patch."""
-        return ArrayLayout(self.vertex_exponent, 4)
-
-    @property
-    def seen(self) -> StructLayout:
-        """What windows are made of: the four vertices' coordinates and which of them are in front, and the planes."""
-        return StructLayout({"slot": self.slot, "first": ArrayLayout(self.coordinate, 4),
-                             "second": ArrayLayout(self.coordinate, 4), "front": 4, "winding": self.winding,
-                             "signs": self.signs})
-
-    @property
-    def section_window(self) -> StructLayout:
-        """A window's part of the section, counted from the section's first column and row.
-
-        ``column_count`` columns from ``column_first`` on, and (where the window wraps around) ``wrapped_count`` columns
-        from 0 on, which are others. No rays: ``row_count`` or both of the other counts are 0.
-        """
-        return StructLayout({"column_first": self.index, "column_count": self.count, "wrapped_count": self.count,
-                             "row_first": self.index, "row_count": self.count})
-
-    @property
-    def patch_window(self) -> StructLayout:
-        """What patch setup gives the ray generator: rays with a settle code below ``threshold`` may improve."""
-        return StructLayout({"slot": self.slot, "window": self.section_window, "threshold": self.threshold})
-
-    @property
-    def tile_step(self) -> StructLayout:
-        """A tile of a window: its number, column and row, and which of its columns and rows lie in the window; ``last``
-        of the window or not.
-        """
-        side = 1 << self.config.icu.tile_bits
-        return StructLayout({"slot": self.slot, "threshold": self.threshold, "tile": self.tile,
-                             "tile_column": self.tile_index, "tile_row": self.tile_index, "columns": side, "rows": side,
-                             "last": 1})
-
-    @property
-    def tile_rays(self) -> StructLayout:
-        """The rays of a tile that are to be issued."""
-        return StructLayout({"slot": self.slot, "tile": self.tile, "tile_column": self.tile_index,
-                             "tile_row": self.tile_index, "mask": 1 << 2 * self.config.icu.tile_bits, "last": 1})
-
-    @property
-    def issued(self) -> StructLayout:
-        """A ray for a patch, its column and row those of the frustum; or none (``is_ray`` 0), only to say ``last``."""
-        return StructLayout({"slot": self.slot, "ray": self.ray, "column": self.index, "row": self.index, "is_ray": 1,
-                             "last": 1})
-
-    @property
-    def slot_record(self) -> StructLayout:
-        """What the intersection needs of a patch, read per ray by its slot: ``exponents`` for (u, v) alone."""
-        exponents = {"exponents": self.exponents} if self.config.icu.uv_bits else {}
-        return StructLayout({"planes": self.planes, "winding": self.winding, "factor": self.factor, **exponents,
-                             "patch": self.patch})
-
-    @property
-    def section_sum(self) -> StructLayout:
-        """The sum of the weights of a section's rays that hit a patch, the ``last`` one or not; ``overflow``: it was
-        larger. Without ``is_sum`` no patch has one, and the other fields but ``last`` have no meaning.
-        """
-        return StructLayout({"patch": self.patch, "sum": unsigned(WEIGHT_BITS), "overflow": 1, "is_sum": 1, "last": 1})
-
-    @property
-    def place(self) -> Shape:
-        """A slope of a listed ray, counted from the border of the grid."""
-        return unsigned(self.config.numbers.direction_fraction + 1)
-
-    @property
-    def ray_entry(self) -> StructLayout:
-        """A ray of a shadow frustum's list: its slopes and its end, see `golden.engine.frustum.ray_list`."""
-        return StructLayout({"x": self.place, "y": self.place, "end": self.inverse})
-
-    @property
-    def listed_ray(self) -> StructLayout:
-        """The same with its place in the ray memory; one that is not ``is_ray`` is none of the section's."""
-        return StructLayout({"ray": self.ray, **dict(self.ray_entry.members), "is_ray": 1, "last": 1})
-
-    @property
-    def read_ray(self) -> StructLayout:
-        """A ray of a section that is read out, and its hit; or of a list a ``word`` of bits, in place of a hit."""
-        words = {"is_word": 1, "word": LIST_WORD_BITS} if self.config.icu.shadow_bits else {}
-        return StructLayout({"column": self.index, "row": self.index, "hit": self.hit, "last": 1, **words})
-
-    @property
-    def hit(self) -> StructLayout:
-        """What a ray hit; ``inverse`` 0: nothing, and then all is 0."""
-        return StructLayout({"inverse": self.inverse, "patch": self.patch, "u": self.uv, "v": self.uv})
+        #: An entry of one of the frustum's tables; ``data`` is a `direction_pair`, an angle or a weight.
+        self.table_write = StructLayout({"kind": TableKind, "index": self.index, "data": unsigned(WEIGHT_BITS)})
+        #: Edge planes in the order of `golden.engine.icu.edge_planes.EDGES`.
+        self.planes = ArrayLayout(self.edge_plane_vector, 6)
+        #: The two orientations of a patch, -1, 0 or 1, and whether it is split, see `golden.engine.icu.edge_planes`.
+        self.winding = StructLayout({"orientation": ArrayLayout(self.orientation, 2), "split": 1})
+        #: -1, 0 or 1 for each component of the planes of the four edges and the first diagonal.
+        self.signs = ArrayLayout(ArrayLayout(self.orientation, 3), 5)
+        #: Plane factor m = mantissa 2^exponent.
+        self.factor = StructLayout({"mantissa": self.mantissa_vector, "exponent": self.factor_exponent, "dropped": 1})
+        #: Of the four V' of a patch.
+        self.exponents = ArrayLayout(self.vertex_exponent, 4)
+        #: What windows are made of: the four vertices' coordinates and which of them are in front, and the planes.
+        self.seen = StructLayout({
+            "slot": self.slot, "first": ArrayLayout(self.coordinate, 4), "second": ArrayLayout(self.coordinate, 4),
+            "front": 4, "winding": self.winding, "signs": self.signs})
+        #: A window's part of the section, counted from the section's first column and row. ``column_count`` columns
+        #: from ``column_first`` on, and (where the window wraps around) ``wrapped_count`` columns from 0 on, which are
+        #: others. No rays: ``row_count`` or both of the other counts are 0.
+        self.section_window = StructLayout({
+            "column_first": self.index, "column_count": self.count, "wrapped_count": self.count,
+            "row_first": self.index, "row_count": self.count})
+        #: What patch setup gives the ray generator: rays with a settle code below ``threshold`` may improve.
+        self.patch_window = StructLayout({"slot": self.slot, "window": self.section_window,
+                                          "threshold": self.threshold})
+        side = 1 << icu.tile_bits
+        #: A tile of a window: its number, column and row, and which of its columns and rows lie in the window; ``last``
+        #: of the window or not.
+        self.tile_step = StructLayout({
+            "slot": self.slot, "threshold": self.threshold, "tile": self.tile, "tile_column": self.tile_index,
+            "tile_row": self.tile_index, "columns": side, "rows": side, "last": 1})
+        #: The rays of a tile that are to be issued.
+        self.tile_rays = StructLayout({
+            "slot": self.slot, "tile": self.tile, "tile_column": self.tile_index, "tile_row": self.tile_index,
+            "mask": 1 << 2 * icu.tile_bits, "last": 1})
+        #: A ray for a patch, its column and row those of the frustum; or none (``is_ray`` 0), only to say ``last``.
+        self.issued = StructLayout({"slot": self.slot, "ray": self.ray, "column": self.index, "row": self.index,
+                                    "is_ray": 1, "last": 1})
+        exponents = {"exponents": self.exponents} if icu.uv_bits else {}
+        #: What the intersection needs of a patch, read per ray by its slot: ``exponents`` for (u, v) alone.
+        self.slot_record = StructLayout({"planes": self.planes, "winding": self.winding, "factor": self.factor,
+                                         **exponents, "patch": self.patch})
+        #: The sum of the weights of a section's rays that hit a patch, the ``last`` one or not; ``overflow``: it was
+        #: larger. Without ``is_sum`` no patch has one, and the other fields but ``last`` have no meaning.
+        self.section_sum = StructLayout({"patch": self.patch, "sum": unsigned(WEIGHT_BITS), "overflow": 1, "is_sum": 1,
+                                         "last": 1})
+        #: A slope of a listed ray, counted from the border of the grid.
+        self.place = unsigned(numbers.direction_fraction + 1)
+        #: A ray of a shadow frustum's list: its slopes and its end, see `golden.engine.frustum.ray_list`.
+        self.ray_entry = StructLayout({"x": self.place, "y": self.place, "end": self.inverse})
+        #: The same with its place in the ray memory; one that is not ``is_ray`` is none of the section's.
+        self.listed_ray = StructLayout({"ray": self.ray, **dict(self.ray_entry.members), "is_ray": 1, "last": 1})
+        #: What a ray hit; ``inverse`` 0: nothing, and then all is 0.
+        self.hit = StructLayout({"inverse": self.inverse, "patch": self.patch, "u": self.uv, "v": self.uv})
+        words = {"is_word": 1, "word": LIST_WORD_BITS} if icu.shadow_bits else {}
+        #: A ray of a section that is read out, and its hit; or of a list a ``word`` of bits, in place of a hit.
+        self.read_ray = StructLayout({"column": self.index, "row": self.index, "hit": self.hit, "last": 1, **words})

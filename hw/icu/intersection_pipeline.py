@@ -84,11 +84,12 @@ class IntersectionPipeline(wiring.Component):
             **({name: self._direction.signature.members[name] for name in ("i_ray", "is_shadow")}
                if self._shadow else {}),
             "i_table": In(stream.Signature(formats.table_write, always_ready=True)),
-            **{f"i_{name}": In(_items({"slot": formats.slot, "part": field.shape}))
+            **{f"i_{name}": In(struct_stream({"slot": formats.slot, "part": field.shape}))
                for name, field in formats.slot_record},
-            "o_update": Out(_items({"ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch, "hit": 1})),
-            "i_update": In(_items({"ray": formats.ray, "inverse": formats.inverse, "won": 1})),
-            "o_payload": Out(_items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
+            "o_update": Out(struct_stream({"ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch,
+                                           "hit": 1})),
+            "i_update": In(struct_stream({"ray": formats.ray, "inverse": formats.inverse, "won": 1})),
+            "o_payload": Out(struct_stream({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
             "o_done": Out(stream.Signature(formats.patch, always_ready=True)),
             "free": Out(1), "is_screen": In(1), "tested": Out(1), "inside": Out(1)})
         self._slots = PatchSlots(config=config, tag=StructLayout({**ray, "direction": formats.direction_vector}))
@@ -162,10 +163,6 @@ class IntersectionPipeline(wiring.Component):
                      self.o_payload.payload.u.eq(made.u), self.o_payload.payload.v.eq(made.v),
                      self.o_done.valid.eq(subdivision.o.valid & made.tag.last),
                      self.o_done.payload.eq(made.tag.patch)]
-
-
-def _items(fields):
-    return struct_stream(fields, always_ready=True)
 
 
 def _later(m, value, cycles):

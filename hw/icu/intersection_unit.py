@@ -18,7 +18,7 @@ from hw.icu.read_out import ReadOut
 from hw.icu.section_read_out import SectionReadOut
 from hw.icu.settle_map import SettleMap
 from hw.icu.vertex_gate import VertexGate
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, count_entries, count_steps
 from hw.lib.event_counters import EventCounters
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
@@ -234,10 +234,9 @@ class IntersectionUnit(wiring.Component):
         m.d.sync += leaves.eq(self.o_done.valid & self.o_done.ready)
         wiring.connect(m, tokens.o, wiring.flipped(self.o_done))
         count_entries(in_flight)
-        claim_steps(m, outstanding, up=entered, down=leaves, most=TOKENS)
-        claim_steps(m, in_flight, up=begun_patch, down=leaves, most=TOKENS + self._config.icu.slots)
+        count_steps(m, outstanding, up=entered, down=leaves, most=TOKENS)
+        count_steps(m, in_flight, up=begun_patch, down=leaves, most=TOKENS + self._config.icu.slots)
         claim(m, ~tokens.i.valid | tokens.i.ready, "a token has an entry")
-        m.d.sync += [outstanding.eq(outstanding + entered - leaves), in_flight.eq(in_flight + begun_patch - leaves)]
 
         # Read-out and sums.
         wiring.connect(m, wiring.flipped(self.i_settle), settle.i_read)

@@ -1,6 +1,6 @@
 """Inverse distance: 1/t as an unsigned float that compares as an integer; larger is nearer, 0 is no hit."""
 
-from amaranth.hdl import Cat, Module, Mux, Value
+from amaranth.hdl import Cat, Mux, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -107,6 +107,4 @@ class InverseDistance(wiring.Component):
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
-        m = Module()
-        self._pipeline.add_to(m)
-        return m
+        return self._pipeline.module()

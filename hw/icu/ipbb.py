@@ -1,6 +1,6 @@
 """IPBB: the window of pixels that holds a patch seen through a screen."""
 
-from amaranth.hdl import Cat, Module, Mux
+from amaranth.hdl import Cat, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -115,6 +115,4 @@ class Ipbb(wiring.Component):
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
-        m = Module()
-        self._pipeline.add_to(m)
-        return m
+        return self._pipeline.module()

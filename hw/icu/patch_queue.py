@@ -7,8 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
-from hw.lib.checks import count_entries
-from hw.lib.count_up_down import count_up_down
+from hw.lib.checks import count_entries, count_up_down
 from hw.lib.queue import Queue
 
 __all__ = ["PatchQueue"]

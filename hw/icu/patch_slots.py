@@ -48,13 +48,11 @@ class PatchSlots(wiring.Component):
         self._slots = config.icu.slots
         self._parts = {key: field.shape for key, field in formats.slot_record}
 
-        def items(fields):
-            return struct_stream(fields, always_ready=True)
-
         super().__init__({
-            **{f"i_{name}": In(items({"slot": formats.slot, "part": shape})) for name, shape in self._parts.items()},
-            "i": In(items({"tag": tag, "slot": formats.slot})),
-            "o": Out(items({"tag": tag, "record": formats.slot_record}))})
+            **{f"i_{name}": In(struct_stream({"slot": formats.slot, "part": shape}))
+               for name, shape in self._parts.items()},
+            "i": In(struct_stream({"tag": tag, "slot": formats.slot})),
+            "o": Out(struct_stream({"tag": tag, "record": formats.slot_record}))})
         # Block RAM for few but wide records: with LUTs the read address would have a high fan-out.
         self._memories = {name: Memory(shape=shape, depth=self._slots, init=[],
                                        attrs={"ram_style": "block", "no_rw_check": 1})

@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.icu.icu_formats import WEIGHT_BITS, IcuFormats, TableKind
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, count_entries, count_steps
 from hw.lib.queue import Queue
 from hw.lib.update_memory import UpdateMemory
 
@@ -106,9 +106,8 @@ class PatchSums(wiring.Component):
         m.d.comb += [requests.eq(reads & (outstanding != CAPACITY)), read.addr.eq(index)]
         returns = queue.o.valid & queue.o.ready
         count_entries(outstanding)
-        claim_steps(m, outstanding, up=requests, down=returns, most=CAPACITY)
+        count_steps(m, outstanding, up=requests, down=returns, most=CAPACITY)
         claim(m, ~queue.i.valid | queue.i.ready, "a sum has an entry")
-        m.d.sync += outstanding.eq(outstanding + requests - returns)
         has_sums = Signal()
         with m.If(begins):
             m.d.sync += [reads.eq(1), index.eq(0), before_end.eq(count - 2), last.eq(count[1:] == 0),

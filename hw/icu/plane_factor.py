@@ -51,7 +51,7 @@ class PlaneFactor(wiring.Component):
 
         patch = StructLayout({"slot": formats.slot, "vertices": ArrayLayout(formats.vector_vector, 4)})
         super().__init__({"i": In(stream.Signature(patch, always_ready=True)),
-                          "o": Out(struct_stream({"slot": formats.slot, "part": formats.factor}, always_ready=True))})
+                          "o": Out(struct_stream({"slot": formats.slot, "part": formats.factor}))})
         self._normal_width = config.numbers.plane_normal.width
         normal = StructLayout({"slot": formats.slot, "normal": ArrayLayout(formats.plane_normal, 3),
                                "vertex": formats.vector_vector})
@@ -60,7 +60,7 @@ class PlaneFactor(wiring.Component):
         self._rest = StructLayout({"slot": formats.slot, "normal": ArrayLayout(bits, 3), "negative": 3, "dropped": 1,
                                    "exponent": formats.factor_exponent})
         self._normals = stream.Signature(normal, always_ready=True).create()
-        self._leading = struct_stream({"tag": self._rest, "mantissa": bits}, always_ready=True).create()
+        self._leading = struct_stream({"tag": self._rest, "mantissa": bits}).create()
         self._first, self._second = TimeMultiplexer(patch, count=PHASES), TimeMultiplexer(normal, count=PHASES)
         self._reciprocal = Reciprocal(width=bits, tag=self._rest)
         self._third = TimeMultiplexer(StructLayout({"tag": self._rest, "inverse": bits}), count=PHASES)

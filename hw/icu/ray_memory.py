@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, count_entries, count_steps
 from hw.lib.generations import Generations
 from hw.lib.queue import Queue
 from hw.lib.struct_stream import struct_stream
@@ -74,20 +74,17 @@ class RayMemory(wiring.Component):
         self._config, self._formats, self._tag = config, IcuFormats(config), tag
         formats = self._formats
 
-        def items(fields):
-            return struct_stream(fields, always_ready=True)
-
         self._shadow = config.icu.shadow_bits > 0
         lists = {"lists": 1} if self._shadow else {}
         super().__init__({
             "i_start": In(stream.Signature(0)),
             "rays": In(range(config.icu.rays + 1), init=config.icu.rays), **({"is_shadow": In(1)} if lists else {}),
-            "i": In(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch,
+            "i": In(struct_stream({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "patch": formats.patch,
                            "hit": 1, **lists})),
-            "o": Out(items({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "won": 1})),
-            "i_payload": In(items({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
+            "o": Out(struct_stream({"tag": tag, "ray": formats.ray, "inverse": formats.inverse, "won": 1})),
+            "i_payload": In(struct_stream({"ray": formats.ray, "u": formats.uv, "v": formats.uv})),
             "active": Out(1),
-            "i_read": In(struct_stream({"bank": 1, "ray": formats.ray})),
+            "i_read": In(stream.Signature(StructLayout({"bank": 1, "ray": formats.ray}))),
             "o_read": Out(stream.Signature(formats.hit))})
         self.latency = 5
 
@@ -118,9 +115,8 @@ class RayMemory(wiring.Component):
         m.d.comb += [self.i_read.ready.eq(~outstanding[-1]), accepts.eq(self.i_read.valid & self.i_read.ready)]
         returns = found.o.valid & found.o.ready
         count_entries(outstanding)
-        claim_steps(m, outstanding, up=accepts, down=returns, most=capacity)
+        count_steps(m, outstanding, up=accepts, down=returns, most=capacity)
         claim(m, ~found.i.valid | found.i.ready, "a hit has an entry")
-        m.d.sync += outstanding.eq(outstanding + accepts - returns)
 
         m.d.comb += self.i_start.ready.eq(0)
         with m.If(self.i_start.valid & self.i_start.ready):

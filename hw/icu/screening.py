@@ -1,6 +1,6 @@
 """Screening: is a ray inside the edges of a patch? Exact, and so watertight."""
 
-from amaranth.hdl import Cat, Module, Mux
+from amaranth.hdl import Cat, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
@@ -93,6 +93,4 @@ class Screening(wiring.Component):
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
-        m = Module()
-        self._pipeline.add_to(m)
-        return m
+        return self._pipeline.module()

@@ -43,8 +43,8 @@ class SectionClip(wiring.Component):
         slot = formats.slot if slot is None else slot
 
         super().__init__({
-            "i": In(struct_stream({"slot": slot, "window": formats.window}, always_ready=True)),
-            "o": Out(struct_stream({"slot": slot, "window": formats.section_window}, always_ready=True)),
+            "i": In(struct_stream({"slot": slot, "window": formats.window})),
+            "o": Out(struct_stream({"slot": slot, "window": formats.section_window})),
             "frustum": In(formats.frustum)})
         self._pipeline = pipeline = Pipeline(self.i, self.o)
         given, made = self.i.payload.window, self.o.payload.window

@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from golden.engine.config import Config
 from hw.icu.icu_formats import IcuFormats
 from hw.icu.icu_tables import scale
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, count_entries, count_steps
 from hw.lib.generations import Generations
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
@@ -69,15 +69,12 @@ class SettleMap(wiring.Component):
         self._config, self._formats = config, IcuFormats(config)
         formats, tiles = self._formats, config.icu.rays >> 2 * config.icu.tile_bits
 
-        def items(fields):
-            return struct_stream(fields, always_ready=True)
-
         super().__init__({
             "i_start": In(stream.Signature(0)), "tiles": In(range(tiles + 1), init=tiles),
             **({"settled": In(1)} if config.icu.shadow_bits else {}),
-            "i": In(items({"ray": formats.ray, "inverse": formats.inverse})),
-            "i_walk": In(items({"tag": tag, "tile": formats.tile})),
-            "o_walk": Out(items({"tag": tag, "word": formats.settle_word})),
+            "i": In(struct_stream({"ray": formats.ray, "inverse": formats.inverse})),
+            "i_walk": In(struct_stream({"tag": tag, "tile": formats.tile})),
+            "o_walk": Out(struct_stream({"tag": tag, "word": formats.settle_word})),
             "i_read": In(stream.Signature(formats.tile)), "o_read": Out(stream.Signature(formats.settle_word))})
         self.latency = 3
         # A register, the writer's latency, and the write.
@@ -179,10 +176,9 @@ class SettleMap(wiring.Component):
         m.d.comb += [self.i_read.ready.eq(outstanding != capacity), accepts.eq(self.i_read.valid & self.i_read.ready)]
         returns = queue.o.valid & queue.o.ready
         count_entries(outstanding)
-        claim_steps(m, outstanding, up=accepts, down=returns, most=capacity)
+        count_steps(m, outstanding, up=accepts, down=returns, most=capacity)
         claim(m, ~queue.i.valid | queue.i.ready, "a word has an entry")
-        m.d.sync += [outstanding.eq(outstanding + accepts - returns),
-                     ages.eq((ages << 1) | accepts)]
+        m.d.sync += ages.eq((ages << 1) | accepts)
         m.d.comb += [(port.addr.eq(self.i_read.payload), port.en.eq(1)) for port in ports]
         read, found = (Signal(self._formats.settle_word, name=name, reset_less=True) for name in ("read", "found"))
         is_hit, current = Signal(reset_less=True), Signal(1 << 2 * self._config.icu.tile_bits, reset_less=True)

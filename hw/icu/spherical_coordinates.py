@@ -1,6 +1,6 @@
 """Spherical coordinates: the angles of a vertex, or where a screen sees it."""
 
-from amaranth.hdl import Const, Module, Mux
+from amaranth.hdl import Const, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -127,6 +127,4 @@ class SphericalCoordinates(wiring.Component):
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
-        m = Module()
-        self._pipeline.add_to(m)
-        return m
+        return self._pipeline.module()

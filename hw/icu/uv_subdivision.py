@@ -1,6 +1,6 @@
 """(u, v) by bounding-plane subdivision: a patch is cut in halves around the ray, by adders alone."""
 
-from amaranth.hdl import Cat, Const, Module, Mux
+from amaranth.hdl import Cat, Const, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -98,6 +98,4 @@ class UvSubdivision(wiring.Component):
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
-        m = Module()
-        self._pipeline.add_to(m)
-        return m
+        return self._pipeline.module()

@@ -1,6 +1,6 @@
 """Vertex direction: V' = V with short magnitudes, each vertex by its own leading zeros."""
 
-from amaranth.hdl import Cat, Const, Module, Mux
+from amaranth.hdl import Cat, Const, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
@@ -74,6 +74,4 @@ class VertexDirection(wiring.Component):
         self.latency = pipeline.latency
 
     def elaborate(self, platform):
-        m = Module()
-        self._pipeline.add_to(m)
-        return m
+        return self._pipeline.module()

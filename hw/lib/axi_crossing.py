@@ -23,8 +23,6 @@ class AxiCrossing(wiring.Component):
         From the manager's side, with members by the standard's names.
     manager, subordinate
         The domains. Their resets must overlap for at least three edges of both clocks.
-    depth
-        Items in flight of each channel, see `ClockCrossing`.
 
     Members
     -------
@@ -36,20 +34,15 @@ class AxiCrossing(wiring.Component):
     Timing
     ------
     As of `ClockCrossing` in each channel: an access crosses twice, once each way.
-
-    Raises
-    ------
-    TypeError, ValueError
-        See `ClockCrossing`.
     """
 
-    def __init__(self, signature: wiring.Signature, *, manager: str, subordinate: str, depth: int = 16):
+    def __init__(self, signature: wiring.Signature, *, manager: str, subordinate: str):
         self._crossings = {}
         for channels, source, sink in ((_TO_SUBORDINATE, manager, subordinate), (_TO_MANAGER, subordinate, manager)):
             for channel in channels:
                 fields = {name: member.shape for name, member in signature.members.items()
                           if _channel(name) == channel and not name.endswith(("valid", "ready"))}
-                self._crossings[channel] = ClockCrossing(StructLayout(fields), source=source, sink=sink, depth=depth)
+                self._crossings[channel] = ClockCrossing(StructLayout(fields), source=source, sink=sink)
         super().__init__({"i": In(signature), "o": Out(signature)})
 
     def elaborate(self, platform):

@@ -1,12 +1,13 @@
-"""Checks of a component's own rules, for simulations and proofs; an export has none."""
+"""Checks of a component's own rules, for simulations and proofs, and counters with theirs; an export has no checks."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-from amaranth.hdl import Assert, Const, Module, ResetSignal, Value, ValueLike
+from amaranth.hdl import Assert, Const, Module, Mux, ResetSignal, Signal, Value, ValueLike
 
-__all__ = ["checked", "claim", "claim_steps", "count_entries", "entries_in_use", "has_checks"]
+__all__ = ["checked", "claim", "claim_steps", "count_entries", "count_steps", "count_up_down", "entries_in_use",
+           "has_checks"]
 
 # What is in use, of the components that are elaborated with their checks; None without checks.
 _entries = ContextVar("entries", default=None)
@@ -59,6 +60,31 @@ def claim_steps(m: Module, count: Value, *, up: ValueLike, down: ValueLike, most
     """
     after = count + up - down
     claim(m, (after >= 0) & (after <= most), f"{count.name} stays from 0 to {most}")
+
+
+def count_steps(m: Module, count: Signal, *, up: ValueLike, down: ValueLike, most: int) -> None:
+    """Step a register: ``count + up - down``. Parameters as of `count_up_down`, but for steps of any size."""
+    claim_steps(m, count, up=up, down=down, most=most)
+    m.d.sync += count.eq(count + up - down)
+
+
+def count_up_down(m: Module, count: Signal, *, up: ValueLike, down: ValueLike, most: int) -> None:
+    """Step a register: one up, one down, or not at all if both come in the same cycle or neither does.
+
+    Parameters
+    ----------
+    m
+        The component's module.
+    count
+        The register, in ``sync``. Nothing keeps it in its range: ``up`` must not come at its end, nor ``down`` at 0.
+    up, down
+        One bit each.
+    most
+        The end of the range.
+    """
+    claim_steps(m, count, up=up, down=down, most=most)
+    with m.If(up ^ down):
+        m.d.sync += count.eq(count + Mux(up, 1, -1))
 
 
 def count_entries(used: ValueLike) -> None:

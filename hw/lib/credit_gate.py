@@ -4,8 +4,7 @@ from amaranth.hdl import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.checks import count_entries
-from hw.lib.count_up_down import count_up_down
+from hw.lib.checks import count_entries, count_up_down
 from hw.lib.validate import check_integer
 
 __all__ = ["CreditGate"]

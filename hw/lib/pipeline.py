@@ -5,7 +5,7 @@ from functools import reduce
 from itertools import pairwise
 from operator import or_
 
-from amaranth.hdl import Cat, Const, Mux, Signal, Value, signed
+from amaranth.hdl import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib.data import View
 from amaranth.lib.memory import Memory
 
@@ -255,6 +255,12 @@ class Pipeline:
         registers = [*self._delays(m), *zip(valid[1:], valid[:-1], strict=True)]
         with m.If(self._advance if self._stalls else 1):
             m.d.sync += [target.eq(source) for target, source in registers]
+
+    def module(self) -> Module:
+        """The module of a component that has nothing else."""
+        m = Module()
+        self.add_to(m)
+        return m
 
     def _shared_product(self, a, b, registers):
         """As soon as a multiplier is free at an age; items never meet at one whose ages are within an interval."""

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.count_up_down import count_up_down
+from hw.lib.checks import count_up_down
 from hw.lib.validate import check_integer
 
 __all__ = ["Queue"]

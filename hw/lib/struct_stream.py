@@ -1,4 +1,4 @@
-"""Streams of structs."""
+"""Streams of structs whose sink is always ready."""
 
 from collections.abc import Mapping
 
@@ -8,6 +8,6 @@ from amaranth.lib.data import StructLayout
 __all__ = ["struct_stream"]
 
 
-def struct_stream(fields: Mapping, *, always_ready: bool = False) -> stream.Signature:
-    """The signature of a stream whose items have these fields."""
-    return stream.Signature(StructLayout(dict(fields)), always_ready=always_ready)
+def struct_stream(fields: Mapping) -> stream.Signature:
+    """The signature of a stream that is always ready and whose items have these fields."""
+    return stream.Signature(StructLayout(dict(fields)), always_ready=True)

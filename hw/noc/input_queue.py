@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.checks import claim_steps, count_entries
+from hw.lib.checks import count_entries, count_steps
 from hw.lib.validate import check_integer
 from hw.noc.flit import flit
 
@@ -92,8 +92,7 @@ class InputQueue(wiring.Component):
         with m.If(self.pop):
             m.d.sync += head.eq(self._after(head))
         count_entries(level)
-        claim_steps(m, level, up=self.i.valid, down=self.pop, most=self._depth)
-        m.d.sync += level.eq(level + self.i.valid - self.pop)
+        count_steps(m, level, up=self.i.valid, down=self.pop, most=self._depth)
         if not self._single_cycle:
             shown = Signal.like(head, name="left")
             m.d.sync += shown.eq(head)

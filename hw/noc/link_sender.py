@@ -4,7 +4,7 @@ from amaranth.hdl import Array, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.checks import claim_steps, count_entries
+from hw.lib.checks import count_entries, count_steps
 from hw.lib.round_robin import RoundRobin
 from hw.noc.flit import flit, link
 
@@ -75,6 +75,5 @@ class LinkSender(wiring.Component):
             credits = Signal(range(self._depth + 1), init=self._depth, name=f"credits_{channel}")
             m.d.comb += has_credit[channel].eq(credits != 0)
             count_entries(self._depth - credits)
-            claim_steps(m, credits, up=self.i_credit[channel], down=is_sent, most=self._depth)
-            m.d.sync += credits.eq(credits + self.i_credit[channel] - is_sent)
+            count_steps(m, credits, up=self.i_credit[channel], down=is_sent, most=self._depth)
         return m

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hw.lib.arbiter import ArbiterPolicy
-from hw.lib.checks import claim_steps, count_entries, has_checks
+from hw.lib.checks import count_entries, count_steps, has_checks
 from hw.noc.flit import link
 from hw.noc.noc_tables import LOCAL, Routing, check_deadlock_free
 from hw.noc.router import Router
@@ -89,8 +89,7 @@ class Network(wiring.Component):
             inside, (enters, leaves) = Signal(16, name="flits_inside"), (
                 sum(one.valid for one in links) for links in (self.i, self.o))
             count_entries(inside)
-            claim_steps(m, inside, up=enters, down=leaves, most=(1 << len(inside)) - 1)
-            m.d.sync += inside.eq(inside + enters - leaves)
+            count_steps(m, inside, up=enters, down=leaves, most=(1 << len(inside)) - 1)
 
     @staticmethod
     def _add_count(m, events):

@@ -6,7 +6,7 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
 
 from hw.lib.arbiter import ArbiterPolicy
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, count_entries, count_steps
 from hw.noc.flit import link
 
 __all__ = ["OutputPort"]
@@ -83,8 +83,7 @@ class OutputPort(wiring.Component):
             ends = Cat(grant[k] & head.last for k, head in enumerate(self.heads)).any()
             m.d.comb += has_credit[channel].eq(credits != 0)
             count_entries(self._depth - credits)
-            claim_steps(m, credits, up=self.i_credit[channel], down=used, most=self._depth)
-            m.d.sync += credits.eq(credits + self.i_credit[channel] - used)
+            count_steps(m, credits, up=self.i_credit[channel], down=used, most=self._depth)
             with m.If(used):
                 m.d.sync += free[channel].eq(ends)
 

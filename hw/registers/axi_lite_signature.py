@@ -18,7 +18,6 @@ class AxiLiteSignature(wiring.Signature):
     """
 
     def __init__(self, *, address_bits: int):
-        self._address_bits = address_bits
         members = {}
         for channel in "aw", "ar":
             members |= {f"{channel}addr": Out(address_bits), f"{channel}prot": Out(3), f"{channel}valid": Out(1),
@@ -27,8 +26,3 @@ class AxiLiteSignature(wiring.Signature):
             "wdata": Out(DATA_BITS), "wstrb": Out(DATA_BITS // 8), "wvalid": Out(1), "wready": In(1),
             "bresp": In(2), "bvalid": In(1), "bready": Out(1),
             "rdata": In(DATA_BITS), "rresp": In(2), "rvalid": In(1), "rready": Out(1)})
-
-    @property
-    def address_bits(self) -> int:
-        """Bits of the address of a byte."""
-        return self._address_bits

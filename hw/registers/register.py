@@ -1,8 +1,9 @@
 """Registers as a table, from which hardware, page and driver are generated."""
 
 import enum
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import accumulate
 
 from hw.registers.axi_lite_signature import DATA_BITS
 
@@ -94,6 +95,11 @@ class Register:
         """How many words it takes."""
         return -(-self.width // DATA_BITS)
 
+    @property
+    def placed(self) -> Iterator[tuple[Field, int]]:
+        """The fields, each with its lowest bit."""
+        return zip(self.fields, accumulate((field.width for field in self.fields), initial=0), strict=False)
+
     def ones(self, memory_bits: int) -> int:
         """The bits that a write may set, with addresses of main memory of so many bits."""
         if self.is_address:
@@ -117,24 +123,19 @@ class Register:
         ValueError
             A number is out of range.
         """
-        value, low, known = 0, 0, dict(fields)
-        for field in self.fields:
+        value, known = 0, dict(fields)
+        for field, low in self.placed:
             part = known.pop(field.name, 0)
             if not 0 <= part < 1 << field.width:
                 raise ValueError(f"{self.name}.{field.name} must be from 0 to {(1 << field.width) - 1}, not {part!r}")
             value |= part << low
-            low += field.width
         if known:
             raise KeyError(f"there is no {', '.join(known)} in {self.name}")
         return value
 
     def unpack(self, value: int) -> dict[str, int]:
         """The fields of a value."""
-        found = {}
-        for field in self.fields:
-            found[field.name] = value & (1 << field.width) - 1
-            value >>= field.width
-        return found
+        return {field.name: value >> low & (1 << field.width) - 1 for field, low in self.placed}
 
 
 def addresses(registers: Iterable[Register]) -> dict[str, int]:
@@ -166,9 +167,7 @@ def register_table(registers: Iterable[Register]) -> str:
         reset = f" Reset: {register.reset}." if register.reset else ""
         lines.append(f"| {known[register.name]:#05x} | `{register.name}` | {register.width} | "
                      f"{register.access.value} | {register.about}{rule}{reset} |")
-        low = 0
-        for field in register.fields:
+        for field, low in register.placed:
             bits = f"{low}" if field.width == 1 else f"{low + field.width - 1}:{low}"
             lines.append(f"| | `.{field.name}` | {bits} | | {field.about} |")
-            low += field.width
     return "\n".join(lines) + "\n"

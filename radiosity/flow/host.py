@@ -22,7 +22,7 @@ from hw.registers.engine_registers import (
 from hw.registers.error_code import ABOUT, ErrorCode
 from hw.registers.register import WORD_BYTES, addresses
 
-__all__ = ["POLL", "EngineError", "EngineTimeoutError", "Host", "Port", "check_completions"]
+__all__ = ["POLL", "EngineError", "EngineTimeoutError", "Host", "Port", "RegisterError", "check_completions"]
 
 _WORD = 1 << 32
 # Cycles between two reads of the status.
@@ -48,6 +48,10 @@ class EngineError(Exception):
 
 class EngineTimeoutError(Exception):
     """The machine has not answered within the limit."""
+
+
+class RegisterError(Exception):
+    """A register access has been answered with an error response."""
 
 
 def check_completions(job: Job, records: np.ndarray) -> None:

@@ -15,13 +15,13 @@ from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
 
-VERSION_BITS, DEFERRED, BANKS, MANY = 10, 16, 2, 64
+VERSION_BITS, DEFERRED, MANY = 10, 16, 64
 # Cycles from a return to the ray that leaves again.
 AGAIN = 22
 
 
 def make(slots):
-    return RayBanks(slots=slots, version_bits=VERSION_BITS, deferred=DEFERRED, generation_bits=2, tag=16, banks=BANKS)
+    return RayBanks(slots=slots, version_bits=VERSION_BITS, deferred=DEFERRED, generation_bits=2, tag=16)
 
 
 @cocotb.test()
@@ -100,11 +100,8 @@ def test_a_request_before_the_begin_of_a_frustum_belongs_to_the_one_before():
     ("slots", 3, ValueError, "Slots must be a multiple of the banks"),
     ("deferred", 0, ValueError, "Deferred must be at least 2"),
     ("deferred", 3, ValueError, "Deferred must be a multiple of the banks"),
-    ("deferred", 2.0, TypeError, "Deferred must be at least 2"),
-    ("banks", 0, ValueError, "Banks must be a power of two, at least 2"),
-    ("banks", 3, ValueError, "Banks must be a power of two, at least 2"),
-    ("banks", 2.0, TypeError, "Banks must be a power of two, at least 2")])
+    ("deferred", 2.0, TypeError, "Deferred must be at least 2")])
 def test_init_wrong_size(name, value, error, message):
-    sizes = {"slots": 4, "version_bits": 4, "deferred": 2, "generation_bits": 1, "banks": 2, name: value}
+    sizes = {"slots": 4, "version_bits": 4, "deferred": 2, "generation_bits": 1, name: value}
     with pytest.raises(error, match=f"^{message}, not {value!r}$"):
         RayBanks(tag=4, **sizes)

@@ -32,7 +32,7 @@ class Messages(MessagePrinter):
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     path = tmp_path_factory.mktemp("rdl") / f"{NAME}.rdl"
-    path.write_text(system_rdl(NAME, clusters=CLUSTERS, counters=COUNTERS))
+    path.write_text(system_rdl(NAME, clusters=CLUSTERS))
     return path
 
 

@@ -3,8 +3,7 @@
 from cocotb.triggers import ClockCycles
 
 from hw.registers.engine_registers import ADDRESS_BITS
-from radiosity.flow.host import Port
-from radiosity.flow.simulator.register_error import RegisterError
+from radiosity.flow.host import Port, RegisterError
 from tb.axi.axi_lite_protocol import AxiLiteProtocol
 from tb.axi.port_monitor import PortMonitor
 from tb.memsys.memory_model import MemoryModel

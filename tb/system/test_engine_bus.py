@@ -18,7 +18,7 @@ from golden.engine.jobs.job import plan_job
 from hw.registers.engine_registers import register
 from hw.registers.error_code import ErrorCode
 from radiosity.flow.host import POLL, EngineError, EngineTimeoutError, Host
-from radiosity.flow.simulator.machine_verilog import engine_verilog
+from radiosity.flow.simulator.machine_verilog import cluster_verilog, top_verilog
 from tb.axi.axi_protocol import AxiProtocol
 from tb.axi.port_monitor import PortMonitor
 from tb.lib.clocking import reset, start
@@ -293,7 +293,8 @@ async def injected_faults(dut):
 
 def run(tests, **given):
     changes = SMALL | {"noc.columns": 2}
-    simulate(engine_verilog(config_of(changes)), MODULE, tests, changes=changes,
+    config = config_of(changes)
+    simulate(top_verilog(config) + cluster_verilog(config), MODULE, tests, changes=changes,
              visible=("clk", "rst", "host__*", "axi__*"), **{"cycles": 3_000_000} | given)
 
 

@@ -12,7 +12,7 @@ from golden.engine.memory_map.rules import RULES
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import WORD_BYTES, Access, addresses
-from radiosity.flow.simulator.simulated_port import RegisterError
+from radiosity.flow.host import RegisterError
 from tb.lib.seed import SEED
 from tb.system.job_machine import CLUSTERS, JobMachine, cornell, planned
 

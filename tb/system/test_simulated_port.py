@@ -13,9 +13,8 @@ from cocotb.utils import get_sim_time
 from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import addresses
-from radiosity.flow.host import EngineError, Host
-from radiosity.flow.simulator.machine_verilog import engine_verilog
-from radiosity.flow.simulator.register_error import RegisterError
+from radiosity.flow.host import EngineError, Host, RegisterError
+from radiosity.flow.simulator.machine_verilog import cluster_verilog, top_verilog
 from radiosity.flow.simulator.simulated_port import complete
 from tb.axi.axi_protocol import AxiProtocol
 from tb.axi.port_monitor import PortMonitor
@@ -169,9 +168,9 @@ async def timed(dut):
 def test_many_times_as_fast(job, expected, capsys):
     result = (BUILD / "vectors" / "simulated-port.json").resolve()
     result.parent.mkdir(parents=True, exist_ok=True)
-    simulate(engine_verilog(CONFIG), "tb.system.test_simulated_port", ("timed",), name="engine-simulated-port",
-             changes=SMALL | {"noc.columns": CLUSTERS}, visible=("clk", "rst", "host__*", "axi__*"), cycles=1_000_000,
-             result=str(result))
+    simulate(top_verilog(CONFIG) + cluster_verilog(CONFIG), "tb.system.test_simulated_port", ("timed",),
+             name="engine-simulated-port", changes=SMALL | {"noc.columns": CLUSTERS},
+             visible=("clk", "rst", "host__*", "axi__*"), cycles=1_000_000, result=str(result))
     rates = json.loads(result.read_text())
     with JobMachine(job, expected=expected) as machine:
         begin, before = time.process_time(), machine.port.cycles

@@ -7,7 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, count_entries, count_steps
 from hw.lib.credit_gate import CreditGate
 from hw.lib.queue import Queue
 from hw.lib.validate import check_instance, check_integer, check_power_of_two
@@ -195,9 +195,9 @@ class Cache(wiring.Component):
             self.o_fetch.valid.eq(missed.o.valid & (used != fetches)), self.o_fetch.payload.key.eq(missed.o.payload),
             self.o_fetch.payload.slot.eq(newest), issues.eq(self.o_fetch.valid & self.o_fetch.ready),
             missed.o.ready.eq(issues)]
-        m.d.sync += [newest.eq(newest + issues), used.eq(used + issues - frees)]
+        m.d.sync += newest.eq(newest + issues)
         count_entries(used)
-        claim_steps(m, used, up=issues, down=frees, most=fetches)
+        count_steps(m, used, up=issues, down=frees, most=fetches)
         claim(m, ~self.i_fill.valid | ((self.i_fill.payload.slot - awaited)[:len(awaited)] < used),
               "a fill has a slot in use")
 

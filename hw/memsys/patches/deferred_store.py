@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from hw.lib.checks import claim, claim_steps, count_entries
+from hw.lib.checks import claim, count_entries, count_steps
 from hw.lib.queue import Queue
 from hw.lib.validate import check_integer
 
@@ -117,6 +117,5 @@ class DeferredStore(wiring.Component):
         with m.If(moves):
             m.d.sync += [self.o.valid.eq(walks), shown.tag.eq(tag_read.data), shown.data.eq(at.data)]
         count_entries(self.waiting)
-        claim_steps(m, self.waiting, up=takes, down=leaves, most=self._depth)
-        m.d.sync += self.waiting.eq(self.waiting + takes - leaves)
+        count_steps(m, self.waiting, up=takes, down=leaves, most=self._depth)
         return m

@@ -6,13 +6,15 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.formats import VERTICES, Formats
-from hw.lib.checks import count_entries
-from hw.lib.count_up_down import count_up_down
+from hw.lib.checks import count_entries, count_up_down
 from hw.lib.longest_waiting import LongestWaiting
 from hw.lib.queue import Queue
 from hw.lib.validate import check_integer
 
 __all__ = ["VertexMerge"]
+
+# Capacity for each source in patches.
+PATCHES = 4
 
 
 class VertexMerge(wiring.Component):
@@ -27,8 +29,6 @@ class VertexMerge(wiring.Component):
         The configuration.
     count
         Number of sources, at least 1.
-    patches
-        Capacity for each source in patches, at least 2.
 
     Members
     -------
@@ -47,15 +47,14 @@ class VertexMerge(wiring.Component):
     Raises
     ------
     TypeError
-        A number is no integer.
+        The count is no integer.
     ValueError
-        A number is out of range.
+        The count is out of range.
     """
 
-    def __init__(self, *, config: Config, count: int, patches: int = 4):
+    def __init__(self, *, config: Config, count: int):
         check_integer("Count", count, minimum=1)
-        check_integer("Patches", patches, minimum=2)
-        self._count, self._patches, self._vertex = count, patches, Formats(config).patch_vertex
+        self._count, self._vertex = count, Formats(config).patch_vertex
         vertices = stream.Signature(self._vertex)
         super().__init__({"i": In(vertices).array(count), "o": Out(vertices), "left": Out(count)})
         self.latency = 2
@@ -74,11 +73,11 @@ class VertexMerge(wiring.Component):
             m.d.sync += busy.eq(eligible.any())
         queues = []
         for k, source in enumerate(self.i):
-            m.submodules[f"queue_{k}"] = queue = Queue(self._vertex, depth=VERTICES * self._patches)
+            m.submodules[f"queue_{k}"] = queue = Queue(self._vertex, depth=VERTICES * PATCHES)
             queues.append(queue.o)
             wiring.connect(m, wiring.flipped(source), queue.i)
             # Patches that have arrived in full and have not been granted.
-            vertex, whole = Signal(range(VERTICES)), Signal(range(self._patches + 1))
+            vertex, whole = Signal(range(VERTICES)), Signal(range(PATCHES + 1))
             enters, arrives, granted = Signal(), Signal(), Signal()
             m.d.comb += [enters.eq(source.valid & source.ready), arrives.eq(enters & (vertex == VERTICES - 1)),
                          granted.eq(free & arbiter.grant[k]), self.left[k].eq(ends & (chosen == k))]
@@ -87,7 +86,7 @@ class VertexMerge(wiring.Component):
             # Whether a patch is granted is known late.
             m.d.sync += eligible[k].eq(arrives | Mux(granted, whole[1:].any(), eligible[k]))
             count_entries(whole)
-            count_up_down(m, whole, up=arrives, down=granted, most=self._patches)
+            count_up_down(m, whole, up=arrives, down=granted, most=PATCHES)
             with m.If(granted):
                 m.d.sync += chosen.eq(k)
         with m.Switch(chosen):

@@ -19,7 +19,6 @@ class AxiSignature(wiring.Signature):
     """
 
     def __init__(self, *, config: Config):
-        self._config = config
         memory, formats = config.memory, MemoryFormats(config)
         members = {}
         for channel in "aw", "ar":
@@ -33,8 +32,3 @@ class AxiSignature(wiring.Signature):
             "bid": In(formats.slot_bits), "bresp": In(2), "bvalid": In(1), "bready": Out(1),
             "rid": In(formats.slot_bits), "rdata": In(memory.data_bits), "rresp": In(2), "rlast": In(1),
             "rvalid": In(1), "rready": Out(1)})
-
-    @property
-    def config(self) -> Config:
-        """The configuration."""
-        return self._config

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.lib.checks import claim_steps
+from hw.lib.checks import count_steps
 from hw.lib.queue import Queue
 from hw.memsys.port.memory_formats import MemoryFormats
 from hw.memsys.results.result_formats import LANE_BITS, ResultFormats, lanes_of
@@ -102,8 +102,7 @@ class BeatWriter(wiring.Component):
         # Requests that have been accepted, and not all of whose beats have left.
         granted, data = Signal(range(REQUESTS + 1)), self.o_data
         sends = data.valid & data.ready & beats.o.payload.ends
-        claim_steps(m, granted, up=accepts, down=sends, most=REQUESTS)
-        m.d.sync += granted.eq(granted + accepts - sends)
+        count_steps(m, granted, up=accepts, down=sends, most=REQUESTS)
         m.d.comb += [
             data.valid.eq(granted.any()), data.payload.data.eq(beats.o.payload.data),
             data.payload.strobe.eq(Cat(lane.replicate(LANE_BITS // 8) for lane in beats.o.payload.lanes)),

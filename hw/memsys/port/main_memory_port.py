@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.lib.checks import claim_steps, count_entries
+from hw.lib.checks import count_entries, count_steps
 from hw.lib.first_fault import FirstFault
 from hw.lib.skid_buffer import SkidBuffer
 from hw.memsys.port.axi_signature import AxiSignature
@@ -125,8 +125,7 @@ class MainMemoryPort(wiring.Component):
                 (counts[1], self.i_write, self.o_written, 1)):
             begins, over = given.valid & given.ready, answer.valid & answer.ready & ends
             count_entries(count)
-            claim_steps(m, count, up=begins, down=over, most=self._config.memory.outstanding + 7)
-            m.d.sync += count.eq(count + begins - over)
+            count_steps(m, count, up=begins, down=over, most=self._config.memory.outstanding + 7)
         m.d.comb += self.busy.eq((counts[0] != 0) | (counts[1] != 0) | write.incomplete)
         return m
 

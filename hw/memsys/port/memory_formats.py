@@ -31,12 +31,6 @@ class MemoryFormats:
     low_bits, beat_bits, burst_bits, slot_bits
         Bits of the address of a byte in its beat, of the number of a beat, of its index in a burst, and of the number
         of an outstanding burst.
-    fault : StructLayout
-        `hw.memsys.port.fault.fault_layout`.
-    window : StructLayout
-        ``base`` <= address < ``limit``, of 64 bits as in the registers.
-    write_data : StructLayout
-        ``data`` and ``strobe``, a bit per byte.
     """
 
     def __init__(self, config: Config):
@@ -45,9 +39,31 @@ class MemoryFormats:
         self.beat_bits = memory.address_bits - self.low_bits
         self.burst_bits = memory.burst_beats.bit_length() - 1
         self.slot_bits = max(1, memory.outstanding.bit_length() - 1)
+        #: `hw.memsys.port.fault.fault_layout`.
         self.fault = fault_layout(memory.address_bits)
+        #: ``base`` <= address < ``limit``, of 64 bits as in the registers.
         self.window = StructLayout({"base": WINDOW_BITS, "limit": WINDOW_BITS})
+        #: ``data`` and ``strobe``, a bit per byte.
         self.write_data = StructLayout({"data": memory.data_bits, "strobe": memory.beat_bytes})
+        #: An AXI burst: its id, first beat, and length.
+        self.address = StructLayout({"id": self.slot_bits, "first": self.beat_bits, "length": self.burst_bits})
+        #: An AXI beat of a read.
+        self.read_data = StructLayout({"id": self.slot_bits, "data": memory.data_bits, "response": 2, "last": 1})
+        #: An AXI beat of a write.
+        self.wire_data = StructLayout({"data": memory.data_bits, "strobe": memory.beat_bytes, "last": 1})
+        #: An AXI answer to a write.
+        self.response = StructLayout({"id": self.slot_bits, "response": 2})
+        #: Consecutive words: their address, length, and whether they are ``narrow``, of 32 bits.
+        self.read_extent = StructLayout({"address": memory.address_bits, "length": LENGTH_BITS, "narrow": 1})
+        #: A word, the ``last`` one of its extent or not. With ``error`` the data are undefined.
+        self.word = StructLayout({"data": WORD_BITS, "last": 1, "error": 1})
+        #: A word of a memory image: its region, its record from 0 on, and its number in the record.
+        self.table_word = StructLayout({"region": RegionNumber, "record": COUNT_BITS, "word": range(max(RECORD_WORDS)),
+                                        "data": WORD_BITS})
+        #: A region of a memory image: the address and the number of its records.
+        self.table = StructLayout({"address": memory.address_bits, "count": COUNT_BITS})
+        #: A command of the preload DMA: address of the image, cluster, and a bit for each region.
+        self.preload = StructLayout({"image": memory.address_bits, "cluster": 16, "regions": len(REGIONS)})
 
     def request(self, tag) -> StructLayout:
         """Address of the first byte, length in beats, and a sideband tag that returns with the answer."""
@@ -68,49 +84,3 @@ class MemoryFormats:
     def written(self, tag) -> StructLayout:
         """A request has been written; with ``error`` it has not."""
         return StructLayout({"tag": tag, "error": 1})
-
-    @property
-    def address(self) -> StructLayout:
-        """An AXI burst: its id, first beat, and length."""
-        return StructLayout({"id": self.slot_bits, "first": self.beat_bits, "length": self.burst_bits})
-
-    @property
-    def read_data(self) -> StructLayout:
-        """An AXI beat of a read."""
-        return StructLayout({"id": self.slot_bits, "data": self.memory.data_bits, "response": 2, "last": 1})
-
-    @property
-    def wire_data(self) -> StructLayout:
-        """An AXI beat of a write."""
-        return StructLayout({"data": self.memory.data_bits, "strobe": self.memory.beat_bytes, "last": 1})
-
-    @property
-    def response(self) -> StructLayout:
-        """An AXI answer to a write."""
-        return StructLayout({"id": self.slot_bits, "response": 2})
-
-    @property
-    def read_extent(self) -> StructLayout:
-        """Consecutive words: their address, length, and whether they are ``narrow``, of 32 bits."""
-        return StructLayout({"address": self.memory.address_bits, "length": LENGTH_BITS, "narrow": 1})
-
-    @property
-    def word(self) -> StructLayout:
-        """A word, the ``last`` one of its extent or not. With ``error`` the data are undefined."""
-        return StructLayout({"data": WORD_BITS, "last": 1, "error": 1})
-
-    @property
-    def table_word(self) -> StructLayout:
-        """A word of a memory image: its region, its record from 0 on, and its number in the record."""
-        return StructLayout({"region": RegionNumber, "record": COUNT_BITS, "word": range(max(RECORD_WORDS)),
-                             "data": WORD_BITS})
-
-    @property
-    def table(self) -> StructLayout:
-        """A region of a memory image: the address and the number of its records."""
-        return StructLayout({"address": self.memory.address_bits, "count": COUNT_BITS})
-
-    @property
-    def preload(self) -> StructLayout:
-        """A command of the preload DMA: address of the image, cluster, and a bit for each region."""
-        return StructLayout({"image": self.memory.address_bits, "cluster": 16, "regions": len(REGIONS)})

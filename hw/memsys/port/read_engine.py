@@ -7,7 +7,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.lib.checks import claim_steps, count_entries
+from hw.lib.checks import count_entries, count_steps
 from hw.lib.pipeline import Pipeline
 from hw.memsys.port.fault import Fault
 from hw.memsys.port.memory_formats import MemoryFormats
@@ -87,8 +87,7 @@ class ReadEngine(wiring.Component):
         newest, oldest, level = Signal(formats.slot_bits), Signal(formats.slot_bits), Signal(range(slots + 1))
         gives_up, enters, leaves = Signal(), Signal(), Signal()
         count_entries(level)
-        claim_steps(m, level, up=enters, down=leaves, most=slots)
-        m.d.sync += level.eq(level + enters - leaves)
+        count_steps(m, level, up=enters, down=leaves, most=slots)
 
         # Requests.
         requests, address, write = ~self.i.payload.bad & ~gives_up, self.o_address, bursts.write_port()

@@ -6,7 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
-from hw.lib.checks import claim_steps
+from hw.lib.checks import count_steps
 from hw.lib.queue import Queue
 from hw.memsys.port.fault import Fault
 from hw.memsys.port.memory_formats import MemoryFormats
@@ -136,8 +136,7 @@ class WriteEngine(wiring.Component):
         ends = self.o_data.valid & self.o_data.ready & self.o_data.payload.last
         for count, up, down in ((outstanding, enters & issues, answers), (accepted, ends, answers),
                                 (queued, enters & issues, leaves & head.issued)):
-            claim_steps(m, count, up=up, down=down, most=slots)
-            m.d.sync += count.eq(count + up - down)
+            count_steps(m, count, up=up, down=down, most=slots)
         with m.If(self.o.ready):
             m.d.sync += self.o.valid.eq(0)
         with m.If(leaves):

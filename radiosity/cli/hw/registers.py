@@ -13,11 +13,10 @@ __all__ = ["registers"]
 @click.option("-o", "--output", "path", type=FILE, help="Write to this file.  [default: print the page]")
 def registers(path):
     """Write the page on the registers, in Markdown."""
-    from hw.cluster import COUNTERS
     from radiosity.flow.output import write_text
     from radiosity.flow.package.registers_page import page
 
-    text = page(COUNTERS)
+    text = page()
     if path is None:
         console().report({"page": text}, text.rstrip("\n"))
         return

@@ -7,7 +7,6 @@ from pathlib import Path
 from golden.base.output import whole_file
 from golden.base.package_version import DISTRIBUTION, package_version
 from golden.engine.config import Config
-from hw.cluster import COUNTERS
 from radiosity.flow.output import write_text
 from radiosity.flow.package.constraints import lpf, sdc, xdc
 from radiosity.flow.package.crossings import crossings, with_synchronisers
@@ -110,9 +109,9 @@ def core_files(top: str, *, config: Config, preset: str, period: float | None = 
         f"{name}.vhd": vhdl_component(name, about, facts["ports"]),
     }
     if TOPS[top].is_engine:
-        files[f"{name}.rdl"] = system_rdl(name, clusters=config.noc.clusters, counters=COUNTERS)
-        files |= core_pages(COUNTERS)
-        files |= software_files(name, config=config, counters=COUNTERS, sha256=facts["sha256"], buses=TOPS[top].buses)
+        files[f"{name}.rdl"] = system_rdl(name, clusters=config.noc.clusters)
+        files |= core_pages()
+        files |= software_files(name, config=config, sha256=facts["sha256"], buses=TOPS[top].buses)
     if TOPS[top].is_network:
         files |= link_example(name, config, is_router=top == "router")
     if top in SCRIPTS:

@@ -108,8 +108,5 @@ def _reset(register):
 
 def _bits(register):
     """The fields of a register with their lowest bits."""
-    found, low = [], 0
-    for field in register.fields:
-        found.append({"name": field.name, "low": low, "width": field.width, "about": field.about})
-        low += field.width
-    return found
+    return [{"name": field.name, "low": low, "width": field.width, "about": field.about}
+            for field, low in register.placed]

@@ -2,7 +2,6 @@
 
 import re
 import textwrap
-from collections.abc import Mapping
 
 from golden.engine.jobs.job_tables import job_tables
 from golden.engine.jobs.result_formats import FULL_HIT
@@ -52,15 +51,9 @@ _FORMATS = """\
 {images}"""
 
 
-def core_pages(counters: Mapping[str, str]) -> dict[str, str]:
-    """The pages as Markdown by the names of their files.
-
-    Parameters
-    ----------
-    counters
-        Names of the counters of a cluster in the order of their addresses, each with what it counts.
-    """
-    pages = {"registers.md": page(counters),
+def core_pages() -> dict[str, str]:
+    """The pages as Markdown by the names of their files."""
+    pages = {"registers.md": page(),
              "formats.md": _FORMATS.format(jobs=job_tables(), hit=record_table(FULL_HIT), images=layout_tables())}
     return {name: _with_links("\n\n".join(map(_for_export, text.split("\n\n")))) for name, text in pages.items()}
 

@@ -1,7 +1,6 @@
 """The page on the registers, from the tables that the hardware is made from."""
 
-from collections.abc import Mapping
-
+from hw.cluster import COUNTERS
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.error_code import error_table
 from hw.registers.register import WORD_BYTES, register_table
@@ -63,15 +62,9 @@ beginning of the section, `memory_answered`, `memory_deferred` and `memory_stall
 """
 
 
-def page(counters: Mapping[str, str]) -> str:
-    """The page as Markdown.
-
-    Parameters
-    ----------
-    counters
-        Names of the counters of a cluster in the order of their addresses, each with what it counts.
-    """
+def page() -> str:
+    """The page as Markdown."""
     counters = "\n".join(f"| {WORD_BYTES * k:#04x} | `{name}` | {about} |"
-                         for k, (name, about) in enumerate(counters.items()))
+                         for k, (name, about) in enumerate(COUNTERS.items()))
     return _PAGE.format(registers=register_table(ENGINE_REGISTERS), errors=error_table(), base=COUNTERS_BASE,
                         stride=WORD_BYTES << COUNTER_BITS, counters=counters)

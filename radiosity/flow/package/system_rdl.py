@@ -1,7 +1,6 @@
 """The registers in SystemRDL 2.0 (Accellera), from the tables that the hardware is made from."""
 
-from collections.abc import Mapping
-
+from hw.cluster import COUNTERS
 from hw.registers.axi_lite_signature import DATA_BITS
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS
 from hw.registers.error_code import ABOUT, CODE_BITS, ErrorCode
@@ -17,7 +16,7 @@ _PROPERTIES = {
 _CODES = ("error",)
 
 
-def system_rdl(name: str, *, clusters: int, counters: Mapping[str, str]) -> str:
+def system_rdl(name: str, *, clusters: int) -> str:
     """All registers and counters of an engine as the address map ``name``.
 
     Parameters
@@ -26,12 +25,10 @@ def system_rdl(name: str, *, clusters: int, counters: Mapping[str, str]) -> str:
         Of the address map.
     clusters
         Number of clusters: each has a register file of counters.
-    counters
-        Names of the counters of a cluster in the order of their addresses, each with what it counts.
     """
     offsets = addresses(ENGINE_REGISTERS)
     registers = "\n".join(_register(one, offsets[one.name]) for one in ENGINE_REGISTERS)
-    files = "\n".join(_counter(counter, about, WORD_BYTES * k) for k, (counter, about) in enumerate(counters.items()))
+    files = "\n".join(_counter(counter, about, WORD_BYTES * k) for k, (counter, about) in enumerate(COUNTERS.items()))
     return f"""\
 // The registers of {name}, SystemRDL 2.0.
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 from amaranth.lib import wiring
 
@@ -18,7 +17,7 @@ from hw.noc.router import Router
 from radiosity.flow.package.port_names import port_name
 from radiosity.flow.verilog.export import verilog_of
 
-__all__ = ["TOPS", "Top", "engine_verilog"]
+__all__ = ["TOPS", "Top"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,9 +31,7 @@ class Top:
     make
         The component, from a configuration.
     parts
-        The components that are black boxes in it, from a configuration.
-    text
-        Its Verilog, from a configuration and the module's name.
+        The components that are black boxes in it, from a configuration: none, or the cluster.
     period
         Nanoseconds of a cycle that place and route has reached in some configuration: of units and the cluster by
         `docs/figures/history.csv`, of an engine as a part of the board's SoC.
@@ -50,7 +47,6 @@ class Top:
     period: float
     make: Callable[[Config], wiring.Component]
     parts: tuple[Callable[[Config], wiring.Component], ...] = ()
-    text: Callable[[Config, str], str] | None = None
     is_engine: bool = False
     is_network: bool = False
     buses: tuple[str, ...] = ()
@@ -61,14 +57,9 @@ class Top:
         return "clk", *(f"{bus}_aclk" for bus in self.buses)
 
     def verilog(self, config: Config, name: str) -> str:
-        """The module ``name``, its ports by `port_name`, and all below it."""
-        return self.text(config, name) if self.text else verilog_of(self.make(config), name, port_name=port_name)
-
-
-def engine_verilog(config: Config, name: str = "top", engine: type[Engine | AsyncEngine] = Engine) -> str:
-    """The engine, and the module of its clusters, which are all the same."""
-    return (verilog_of(engine(config=config, black_boxes=True), name, port_name=port_name)
-            + verilog_of(Cluster(config=config), CLUSTER))
+        """The module ``name``, its ports by `port_name`, and all below it; all clusters are one module."""
+        return verilog_of(self.make(config), name, port_name=port_name) + "".join(
+            verilog_of(part(config), CLUSTER) for part in self.parts)
 
 
 def _cluster(config):
@@ -83,11 +74,10 @@ def _router(config):
 TOPS = {
     "engine": Top(about="Ray-casting accelerator: AXI4-Lite registers, an AXI4 manager, clusters and their network",
                   period=25, make=lambda config: Engine(config=config, black_boxes=True),
-                  parts=(_cluster,), text=engine_verilog, is_engine=True),
+                  parts=(_cluster,), is_engine=True),
     "async_engine": Top(about="Ray-casting accelerator whose registers and memory port have clocks of their own",
                         period=25, make=lambda config: AsyncEngine(config=config, black_boxes=True),
-                        parts=(_cluster,), text=partial(engine_verilog, engine=AsyncEngine), is_engine=True,
-                        buses=("m_axi", "s_axil")),
+                        parts=(_cluster,), is_engine=True, buses=("m_axi", "s_axil")),
     "cluster": Top(about="One cluster of the engine: cell traversal, memory system and intersection", period=13,
                    make=_cluster),
     "icu": Top(about="Intersection computation unit: patches against the rays of their windows",

@@ -17,7 +17,7 @@ from hw.engine import CLUSTER, Engine
 from radiosity.flow.simulator.build_folder import build_folder, content_key, keep_newest
 from radiosity.flow.verilog.export import verilog_of
 
-__all__ = ["cluster_verilog", "engine_verilog", "export_beside", "top_verilog"]
+__all__ = ["cluster_verilog", "export_beside", "top_verilog"]
 
 _ROOT = Path(__file__).parents[3]
 
@@ -85,11 +85,6 @@ def export_beside(config: Config) -> Iterator[None]:
         yield
     if other.returncode:
         raise RuntimeError("the export of the engine fails")
-
-
-def engine_verilog(config: Config) -> str:
-    """The engine with its cluster."""
-    return top_verilog(config) + cluster_verilog(config)
 
 
 if __name__ == "__main__":

@@ -6,9 +6,8 @@ from collections.abc import Coroutine
 from pathlib import Path
 
 from golden.engine.config import Config
-from radiosity.flow.host import Port
+from radiosity.flow.host import Port, RegisterError
 from radiosity.flow.simulator.machine_library import machine_library
-from radiosity.flow.simulator.register_error import RegisterError
 
 __all__ = ["SimulatedPort", "complete"]
 

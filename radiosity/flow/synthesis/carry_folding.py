@@ -2,7 +2,7 @@
 
 from itertools import chain, permutations, product
 
-from radiosity.flow.synthesis.netlist import Netlist
+from radiosity.flow.synthesis.netlist import MappedModule, Netlist
 
 __all__ = ["fold"]
 
@@ -10,7 +10,7 @@ _PINS = "ABCD"
 _LUT_PINS = 4
 
 
-def fold(module: dict) -> int:
+def fold(module: MappedModule) -> int:
     """Fold each LUT that carry cells alone read into the LUTs of these cells, where all of them have inputs left.
 
     Half of a carry cell (``CCU2C``) has a LUT p of four inputs, and a table g of its inputs A and B, which are the
@@ -18,11 +18,6 @@ def fold(module: dict) -> int:
     is 0. A fold composes p and g with the LUT in front. It holds if one assignment of nets to inputs has the same p
     for all values of the nets, and the same g wherever p is 0: this is decided by all values, so each fold is proved.
     The function of the module is the same.
-
-    Parameters
-    ----------
-    module
-        Of a netlist in Yosys' JSON format; changed in place.
 
     Returns
     -------

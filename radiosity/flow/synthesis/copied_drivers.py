@@ -4,7 +4,7 @@ One driver in the middle of the chip reaches readers all over it after most of a
 rows of the chip, so those of one operand are far apart.
 """
 
-from radiosity.flow.synthesis.netlist import Netlist
+from radiosity.flow.synthesis.netlist import MappedModule, Netlist
 
 __all__ = ["MOST_FAN_OUT", "MOST_MULTIPLIERS", "copy_drivers"]
 
@@ -17,16 +17,11 @@ _DRIVERS = (("LUT4", "Z"), ("TRELLIS_FF", "Q"))
 _FIXED = ("ALUT", "BLUT")
 
 
-def copy_drivers(module: dict) -> dict[str, int]:
+def copy_drivers(module: MappedModule) -> dict[str, int]:
     """Give registers and LUTs with more than `MOST_FAN_OUT` readers or `MOST_MULTIPLIERS` copies, which share them.
 
     Readers whose names follow each other, those of one unit, have the same copy. Ports of the module, the global clock
     network, and multiplexers of LUTs keep the driver itself. The function of the module is the same in every cycle.
-
-    Parameters
-    ----------
-    module
-        Of a netlist in Yosys' JSON format; changed in place.
 
     Returns
     -------

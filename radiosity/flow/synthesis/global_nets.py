@@ -5,6 +5,8 @@ There they add no congestion, and their registers may be placed anywhere.
 
 from collections import defaultdict
 
+from radiosity.flow.synthesis.netlist import MappedModule
+
 __all__ = ["globalise"]
 
 # The network has eight signals for pins that are no clocks, and one is the clock's. Nets with fewer sinks are routed
@@ -16,17 +18,12 @@ PINS = ("CE", "LSR")
 _ANCHORS = tuple(f"X6/Y{45 - number}/SLICEA.FF0" for number in range(NETS))
 
 
-def globalise(module: dict) -> list[str]:
+def globalise(module: MappedModule) -> list[str]:
     """Give the signals that enable or reset the most registers a clock buffer (``DCCA``) to these pins.
 
     Their other sinks stay. Where the signal comes from a register behind another one, as of a reset, a copy of the
     register drives the buffer from beside it, and the net between both registers has the delay of the distance. The
     function of the module is the same.
-
-    Parameters
-    ----------
-    module
-        Of a netlist in Yosys' JSON format; changed in place.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """Registers at DSP blocks and block RAMs become their internal ones, which the mapper for the ECP5 leaves unused."""
 
-from radiosity.flow.synthesis.netlist import Netlist
+from radiosity.flow.synthesis.netlist import MappedModule, Netlist
 
 __all__ = ["absorb"]
 
@@ -8,18 +8,13 @@ _OPERANDS = [f"{operand}{k}" for operand in "AB" for k in range(18)]
 _PRODUCT = [f"P{k}" for k in range(36)]
 
 
-def absorb(module: dict) -> dict[str, int]:
+def absorb(module: MappedModule) -> dict[str, int]:
     """Move registers into a mapped module's DSP blocks and block RAMs.
 
     The operands of a DSP block are registered inside if registers without reset hold both; its product, and the data of
     a block RAM's port, if such registers are the only sinks: a word of 36 bits as a whole. All registers of one
     DSP block share one enable. A register with other sinks stays for those. The function of the module is the same
     in every cycle.
-
-    Parameters
-    ----------
-    module
-        Of a netlist in Yosys' JSON format; changed in place.
 
     Returns
     -------

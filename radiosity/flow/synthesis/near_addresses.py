@@ -3,20 +3,17 @@
 A constant at a memory's pins comes from one site of the chip, and its routing takes longer than that of all other nets.
 """
 
+from radiosity.flow.synthesis.netlist import MappedModule
+
 __all__ = ["copy_addresses"]
 
 _BITS, _WORDS, _WIDTH = 4, 16, 4
 
 
-def copy_addresses(module: dict) -> int:
+def copy_addresses(module: MappedModule) -> int:
     """Let address bits that are 0 for reading and writing be copies of the highest one that is not.
 
     Words and initial values move; the function of the module is the same.
-
-    Parameters
-    ----------
-    module
-        Of a netlist in Yosys' JSON format; changed in place.
 
     Returns
     -------

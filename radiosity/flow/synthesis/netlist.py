@@ -2,19 +2,19 @@
 
 from collections import defaultdict
 
-__all__ = ["Netlist"]
+__all__ = ["MappedModule", "Netlist"]
+
+# In Yosys' JSON format. What takes one changes it in place.
+MappedModule = dict
 
 
 class Netlist:
     """Cells, with the driver and the readers of each bit. Bits are numbers; constants are texts.
 
-    Parameters
-    ----------
-    module
-        Of a netlist in Yosys' JSON format. Changes of `cells` are changes of it.
+    Changes of `cells` are changes of the module.
     """
 
-    def __init__(self, module: dict):
+    def __init__(self, module: MappedModule):
         self.cells = module["cells"]
         # The name of a cell; names of cells and their pins, None and None for a port of the module.
         self.driver, self.readers = {}, defaultdict(set)

@@ -26,7 +26,7 @@ def verilog_of(component: wiring.Component, name: str, *, port_name: Callable[[s
     # Of a million objects none is garbage, and searching takes more than half of an export's time.
     with checked(is_checked), omit_zeros() as omitted, without_collection():
         text = verilog.convert(_Flat(component, port_name), name=name, emit_src=False, strip_internal_attrs=True)
-    return add_zero_loops(merge_equal_words(wait_for_nothing(remove_empty_wires(text))), omitted.count)
+    return add_zero_loops(merge_equal_words(wait_for_nothing(remove_empty_wires(text))), len(omitted))
 
 
 class _Flat(Elaboratable):

@@ -14,23 +14,10 @@ from contextlib import contextmanager
 
 from amaranth.back import rtlil
 
-__all__ = ["ZeroMemories", "is_supported", "omit_zeros"]
+__all__ = ["is_supported", "omit_zeros"]
 
 # Versions whose converter the tests have compared with and without the replacement.
 TESTED = "0.5."
-
-
-class ZeroMemories:
-    """How many memories of zeros have been converted without initial values.
-
-    Members
-    -------
-    count
-        Their number.
-    """
-
-    def __init__(self):
-        self.count = 0
 
 
 def is_supported() -> bool:
@@ -41,9 +28,11 @@ def is_supported() -> bool:
 
 
 @contextmanager
-def omit_zeros() -> Iterator[ZeroMemories]:
-    """Conversions inside the block leave out the initial values of memories of zeros, which are then undefined."""
-    omitted = ZeroMemories()
+def omit_zeros() -> Iterator[list]:
+    """Conversions inside the block leave out the initial values of memories of zeros, which are then undefined; the
+    block is given a list of these memories, which grows with them.
+    """
+    omitted = []
     if not is_supported():
         yield omitted
         return
@@ -53,7 +42,7 @@ def omit_zeros() -> Iterator[ZeroMemories]:
         if any(cell.init):
             original(emitter, cell_idx, cell)
         else:
-            omitted.count += 1
+            omitted.append(cell)
 
     rtlil.ModuleEmitter.emit_memory = emit_memory
     try:

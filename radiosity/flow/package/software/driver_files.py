@@ -1,11 +1,12 @@
 """The driver in C99, with constants from the tables that the hardware is made from."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 from golden.engine.icu.patch_sums import SUM_BITS
 from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.descriptor import DESCRIPTOR
+from hw.cluster import COUNTERS
 from hw.registers.engine_registers import COUNTER_BITS, COUNTERS_BASE, ENGINE_REGISTERS, MAGIC, VERSION
 from hw.registers.error_code import ABOUT, ErrorCode
 from hw.registers.register import WORD_BYTES, addresses
@@ -16,19 +17,13 @@ __all__ = ["driver_files"]
 _FOLDER = Path(__file__).parent
 
 
-def driver_files(counters: Mapping[str, str]) -> dict[str, str]:
-    """The texts of the driver by the names of its files.
-
-    Parameters
-    ----------
-    counters
-        Names of the counters of a cluster in the order of their addresses, each with what it counts.
-    """
+def driver_files() -> dict[str, str]:
+    """The texts of the driver by the names of its files."""
     parts = {
-        "CONSTANTS": _constants(counters),
+        "CONSTANTS": _constants(),
         "ERRORS": "\n".join(f'    {{{one.value}, "{one.name}", "{plain_text(ABOUT[one.name])}"}},'
                             for one in ErrorCode),
-        "COUNTERS": "\n".join(f'    "{name}",' for name in counters),
+        "COUNTERS": "\n".join(f'    "{name}",' for name in COUNTERS),
         "COMPLETION": "\n".join(_completion())}
     files = {}
     for name in "radiosity.h", "radiosity.c":
@@ -39,7 +34,7 @@ def driver_files(counters: Mapping[str, str]) -> dict[str, str]:
     return files
 
 
-def _constants(counters):
+def _constants():
     """Macros and enumerations."""
     offsets = addresses(ENGINE_REGISTERS)
     errors = [(one.name, f"{one.value}", ABOUT[one.name]) for one in ErrorCode]
@@ -49,12 +44,12 @@ def _constants(counters):
         f"#define RADIOSITY_SUM_BITS {SUM_BITS}",
         f"#define RADIOSITY_COUNTERS_BASE UINT32_C({COUNTERS_BASE:#x})",
         f"#define RADIOSITY_COUNTERS_STRIDE UINT32_C({WORD_BYTES << COUNTER_BITS:#x})",
-        f"#define RADIOSITY_COUNTERS {len(counters)}u", "",
+        f"#define RADIOSITY_COUNTERS {len(COUNTERS)}u", "",
         *_enumeration("radiosity_register", "REG", [
             (one.name, f"{offsets[one.name]:#05x}", f"{one.width} bits. {one.about}") for one in ENGINE_REGISTERS]),
         "", *_fields(), *_enumeration("radiosity_error", "ERROR", errors), "",
         *_enumeration("radiosity_counter", "COUNTER", [
-            (name, f"{number}", about) for number, (name, about) in enumerate(counters.items())])])
+            (name, f"{number}", about) for number, (name, about) in enumerate(COUNTERS.items())])])
 
 
 def _enumeration(name: str, prefix: str, values: Iterable[tuple[str, str, str]]):
@@ -68,12 +63,10 @@ def _enumeration(name: str, prefix: str, values: Iterable[tuple[str, str, str]])
 def _fields():
     """Masks of the registers with fields."""
     for one in ENGINE_REGISTERS:
-        low = 0
-        for field in one.fields:
+        for field, low in one.placed:
             mask = (1 << field.width) - 1 << low
             yield (f"#define RADIOSITY_{one.name.upper()}_{field.name.upper()} UINT32_C({mask:#x}) "
                    f"/* {plain_text(field.about)} */")
-            low += field.width
         if one.fields:
             yield ""
 

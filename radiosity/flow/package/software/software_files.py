@@ -1,6 +1,5 @@
 """The files beside an exported engine that a host needs: a driver, a simulation that uses it, and a LiteX module."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from golden.engine.config import Config
@@ -20,8 +19,7 @@ _TEMPLATES = {
 }
 
 
-def software_files(name: str, *, config: Config, counters: Mapping[str, str], sha256: str,
-                   buses: tuple[str, ...] = ()) -> dict[str, str | bytes]:
+def software_files(name: str, *, config: Config, sha256: str, buses: tuple[str, ...] = ()) -> dict[str, str | bytes]:
     """The contents of the files by their paths in the folder of the core.
 
     Parameters
@@ -30,8 +28,6 @@ def software_files(name: str, *, config: Config, counters: Mapping[str, str], sh
         Of the engine's module.
     config
         The configuration.
-    counters
-        Names of the counters of a cluster in the order of their addresses, each with what it counts.
     sha256
         Of the engine's Verilog.
     buses
@@ -46,6 +42,6 @@ def software_files(name: str, *, config: Config, counters: Mapping[str, str], sh
         for word, value in words.items():
             text = text.replace(word, value)
         return text
-    return {**{f"driver/{file}": text for file, text in driver_files(counters).items()},
+    return {**{f"driver/{file}": text for file, text in driver_files().items()},
             **{path: filled(template) for path, template in _TEMPLATES.items()},
             **{f"job/{file}": data for file, data in sample_job(config, sha256=sha256).items()}}

@@ -4,7 +4,6 @@ import ctypes
 import subprocess
 from pathlib import Path
 
-from hw.cluster import COUNTERS
 from radiosity.flow.package.software.driver_files import driver_files
 
 __all__ = ["FLAGS", "Completion", "Engine", "Fault", "Hit", "JobPlace", "PortFunctions", "build_driver",
@@ -50,7 +49,7 @@ def complaints(folder: Path, *command: str | Path) -> str:
 
 def build_driver(folder: Path) -> ctypes.CDLL:
     """Compile the driver in a folder, where its files stay, without a warning."""
-    for name, text in driver_files(COUNTERS).items():
+    for name, text in driver_files().items():
         (folder / name).write_text(text)
     assert not complaints(folder, "gcc", *FLAGS, "-fPIC", "-shared", "-o", "radiosity.so", "radiosity.c")
     library = ctypes.CDLL(str(folder / "radiosity.so"))

@@ -20,7 +20,6 @@ from click.testing import CliRunner
 from golden.base.without_collection import without_collection
 from golden.engine.config import PRESETS
 from golden.engine.noc.packing import reply_flits, request_flits
-from hw.cluster import COUNTERS
 from hw.lib.black_box import flatten
 from hw.registers.register import WORD_BYTES
 from radiosity.cli.hw.main import main
@@ -105,7 +104,7 @@ def test_an_engine_has_its_registers_in_system_rdl_and_counters_where_the_driver
     files = core_files("engine", config=config, preset="tiny")
     facts = json.loads(files["radiosity_engine.json"])
     assert files["radiosity_engine.rdl"] == with_notice(
-        "radiosity_engine.rdl", system_rdl("radiosity_engine", clusters=3, counters=COUNTERS))
+        "radiosity_engine.rdl", system_rdl("radiosity_engine", clusters=3))
     assert "| `radiosity_engine.rdl` |" in files["README.md"]
 
     async def answer(address):

@@ -8,7 +8,6 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from hw.cluster import COUNTERS
 from radiosity.flow.package.manifest import manifest
 from radiosity.flow.package.software.software_files import software_files
 from tb.radiosity.flow.package.exported_engine import CONFIG, NAME
@@ -49,7 +48,7 @@ def test_each_port_is_connected_and_resets_are_active_as_the_manifest_says(top, 
     facts = manifest(top, NAME, config=CONFIG, preset="tiny", text="")
     (tmp_path / f"{NAME}.json").write_text(json.dumps(facts))
     path = tmp_path / "radiosity_soc.py"
-    path.write_text(software_files(NAME, config=CONFIG, counters=COUNTERS, sha256="")["litex_soc/radiosity_soc.py"])
+    path.write_text(software_files(NAME, config=CONFIG, sha256="")["litex_soc/radiosity_soc.py"])
     spec = importlib.util.spec_from_file_location("radiosity_soc", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -10,7 +10,7 @@ from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from radiosity.flow.package.pages import core_pages
 
-PAGES = core_pages(COUNTERS)
+PAGES = core_pages()
 
 
 def test_links_lead_to_these_pages_or_out():
