@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from benchmarks.analytic import polygon_to_polygon
 from benchmarks.view_factor_cases import HIDDEN, OPEN, Case, box_in_box, visible_factor
-from golden.light.analytic import polygon_to_polygon
 from golden.scene.geometry import geometry_scene
 from tb.golden.light.factors.samples import three_sides
 

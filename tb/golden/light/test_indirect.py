@@ -3,12 +3,12 @@ import pytest
 from PIL import Image
 from scipy import sparse
 
+from benchmarks.analytic import point_to_polygon
+from benchmarks.closed_forms import c_11, c_14
 from golden.cast.grid import Grid
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
 from golden.light import indirect
-from golden.light.analytic import point_to_polygon
-from golden.light.closed_forms import c_11, c_14
 from golden.light.direct import DirectLight
 from golden.light.final_gather import FinalGather
 from golden.light.indirect import indirect_light

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from benchmarks.closed_forms import c_11
 from golden.cast.grid import Grid
-from golden.light.closed_forms import c_11
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.groups import by_surface, grouped
 from golden.light.factors.rows import FactorRows

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.closed_forms import c_11
 from benchmarks.view_factor_cases import visible_factor
 from golden.cast.grid import Grid
-from golden.light.closed_forms import c_11
 from golden.light.factors import visibility
 from golden.light.factors.draws import segments_by_direction
 from golden.light.factors.pair_factors import exchange_areas

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.light.analytic import point_to_polygon
+from benchmarks.analytic import point_to_polygon
 from golden.light.photometry.sensors import Sensors
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin.furnace import furnace
