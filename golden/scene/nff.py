@@ -105,12 +105,11 @@ def _check_count(statement: _Statement) -> None:
 class _Reader:
     """Reads statements one after the other into a scene builder, a camera and lights."""
 
-    def __init__(self, name: str, segments: int):
+    def __init__(self, name: str):
         self.builder = SceneBuilder(name)
         self.camera: Camera | None = None
         self.lights: list[tuple[list[float], list[float]]] = []
         self.background, self._has_background = (0.0, 0.0, 0.0), False
-        self._segments = segments
         self._material = UNFILLED
         self._fills: dict[tuple[float, ...], Material] = {}
         self._view: dict[str, list[float]] = {}
@@ -184,12 +183,12 @@ class _Reader:
 
     def _take_s(self, statement: _Statement) -> None:
         *center, radius = statement.values
-        self._add_round(sphere(center, radius, segments=self._segments))
+        self._add_round(sphere(center, radius))
 
     def _take_c(self, statement: _Statement) -> None:
         *base, base_radius = statement.values[:4]
         *apex, apex_radius = statement.values[4:]
-        self._add_round(frustum(base, apex, base_radius, apex_radius, segments=self._segments))
+        self._add_round(frustum(base, apex, base_radius, apex_radius))
 
     def _add_round(self, patches: np.ndarray) -> None:
         self._round += len(patches)
@@ -227,7 +226,7 @@ def _point_lights(lights, bounds: np.ndarray) -> tuple[PointLight, ...]:
     return tuple(placed)
 
 
-def read_nff(data: bytes, name: str, *, segments: int = 16) -> Scene:
+def read_nff(data: bytes, name: str) -> Scene:
     """Reads a scene in NFF.
 
     * ``v``: the camera. ``angle`` is the full vertical field of view; ``hither`` and ``resolution`` are not used.
@@ -248,8 +247,6 @@ def read_nff(data: bytes, name: str, *, segments: int = 16) -> Scene:
         The file's content.
     name
         The file's name, for messages; its stem is the scene's name.
-    segments
-        Patches around a sphere, cone or cylinder.
 
     Raises
     ------
@@ -262,7 +259,7 @@ def read_nff(data: bytes, name: str, *, segments: int = 16) -> Scene:
     InputWarning
         Names further views and backgrounds, and shares that were scaled down.
     """
-    reader = _Reader(PurePath(name).stem, segments)
+    reader = _Reader(PurePath(name).stem)
     statements = _statements(lines_of(data), name)
     if not any(statement.keyword in OBJECTS for statement in statements):
         raise InputError(f"{name}: it has no object ({', '.join(OBJECTS)})")

@@ -24,6 +24,7 @@ from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.scene.refine import refine
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.scene.furnaces import furnace_of, lit_from_above
 
 SKY = 1.0, 0.5, 0.25
 FLOOR = rectangle((-2, -2, 0), (4, 0, 0), (0, 4, 0))
@@ -76,7 +77,7 @@ def exact_direct_light(monkeypatch):
     ("progressive", 0.5), ("conjugate-gradient", 0.8)])
 def test_every_node_of_a_furnace_gets_what_the_walls_reflect(solver, diffuse):
     """Radiosities are 1/(1 - rho), of which 1 comes straight from the walls."""
-    light = solve(furnace(1, diffuse=diffuse), 0.34, rays=(32, 8), solver=solver)
+    light = solve(furnace_of(1, diffuse=diffuse), 0.34, rays=(32, 8), solver=solver)
     np.testing.assert_allclose(light.irradiance, diffuse / (1 - diffuse), rtol=1e-3)
     assert light.solution.converged
     assert not light.nodes - len(light.irradiance), "nothing changes from node to node"
@@ -85,7 +86,7 @@ def test_every_node_of_a_furnace_gets_what_the_walls_reflect(solver, diffuse):
 @pytest.mark.usefixtures("exact_direct_light")
 def test_a_cube_under_a_glowing_ceiling_has_the_known_mean_light():
     """Mean light on floor and walls for 8 x 8 patches a face; the catalogue's C-11 and C-14 are the direct part."""
-    scene = furnace(1, emitter="+z")
+    scene = lit_from_above(1)
     light = solve(scene, 0.125, rays=(32, 16))
     incident = light.elements.of_corners @ light.irradiance
     mean = np.bincount(light.elements.patch, incident[:, 0]) / 64
@@ -221,7 +222,7 @@ def test_mirrors_count_as_diffuse():
 
 
 def test_seeds_count_and_equal_ones_give_equal_light():
-    scene = furnace(1, emitter="+z")
+    scene = lit_from_above(1)
     first, again, other = (solve(scene, 0.5, rays=(16, 8), seed=seed).irradiance for seed in (3, 3, 4))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
@@ -229,7 +230,7 @@ def test_seeds_count_and_equal_ones_give_equal_light():
 
 def test_rays_are_counted():
     tally = Tally()
-    light = solve(furnace(1, emitter="+z"), 0.25, rays=(16, 8), light_samples=6, tally=tally)
+    light = solve(lit_from_above(1), 0.25, rays=(16, 8), light_samples=6, tally=tally)
     assert tally.kinds["hemisphere"]["rays"] == light.nodes * 128
     assert tally.kinds["hemisphere"]["hits"] == light.nodes * 128
     # Five faces of 16 elements, four points on each, two rays (6 over 4, rounded up) from each; the ceiling sees none.
