@@ -198,7 +198,7 @@ class _Reader:
 
     def _take_p(self, statement: _Statement) -> None:
         patches = cut_polygon(np.array(statement.values[1:]).reshape(-1, 3))
-        self.builder.add(patches, self._material, surface=np.zeros(len(patches), dtype=int), two_sided=True)
+        self.builder.add(patches, self._material, surface=0, two_sided=True)
 
     def _take_pp(self, statement: _Statement) -> None:
         self._curved.append(cut_polygon(np.array(statement.values[1:]).reshape(-1, 6)[:, :3]))

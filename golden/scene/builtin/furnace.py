@@ -19,7 +19,7 @@ def furnace(size: int) -> Scene:
     builder = SceneBuilder("furnace")
     wall = Material(name="wall", diffuse=(0.5,) * 3, emission=(1.0,) * 3)
     for quad in box((0, 0, 0), (1, 1, 1)):
-        builder.add(_grid(quad[::-1], size), wall, surface=np.zeros(size * size))
+        builder.add(_grid(quad[::-1], size), wall, surface=0)
     return builder.build(camera=Camera(eye=(0.1, 0.2, 0.5), target=(0.9, 0.7, 0.45), fov=70.0))
 
 

@@ -67,8 +67,8 @@ def mountain(size: int) -> Scene:
         builder.add(sphere(center, radius, segments=SEGMENTS), glass, smooth=True)
     sea = square((0, 0, 0.02), 3.6, cuts=8)
     water = Material(name="water", diffuse=(0.03, 0.1, 0.14), specular=(0.25, 0.28, 0.3))
-    builder.add(sea, water, surface=np.zeros(len(sea)))
+    builder.add(sea, water, surface=0)
     lamp = square((1.4, -1.6, 3.2), 1.2, facing=(-1.4, 1.6, -3.2), cuts=2)
-    builder.add(lamp, Material(name="lamp", emission=(42.0, 39.0, 34.0)), surface=np.zeros(len(lamp)))
+    builder.add(lamp, Material(name="lamp", emission=(42.0, 39.0, 34.0)), surface=0)
     return builder.build(camera=Camera(eye=(-3.3, -2.6, 2.2), target=(0, 0, 0.35), fov=37),
                          background=(0.45, 0.62, 0.9))
