@@ -242,10 +242,12 @@ def test_rays_are_counted():
 @pytest.mark.usefixtures("exact_direct_light")
 def test_rows_on_demand_give_a_furnace_the_light_of_all_rows():
     """Of a closed room no ray is lost: what is short of the mean is the light that shooting leaves out."""
-    light = solve(furnace(1), 0.34, rays=(64, 16), shooting=Shooting(tolerance=1e-3))
+    tally = Tally()
+    light = solve(furnace(1), 0.34, rays=(64, 16), shooting=Shooting(tolerance=1e-3), tally=tally)
     np.testing.assert_allclose(light.pieces.area @ light.display / light.pieces.area.sum(), 1, rtol=1e-3)
     np.testing.assert_allclose(light.irradiance, 1, rtol=0.1)
     assert light.nodes == len(light.pieces)
+    assert tally.kinds["hemisphere"]["rays"] == light.nodes * 1024, "a piece that shoots again casts nothing"
     assert len(light.refined_irradiance) == 0
 
 
