@@ -13,7 +13,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.scene.builder import SceneBuilder
 from golden.scene.camera import Camera
-from golden.scene.file_text import lines_of
+from golden.scene.file_text import is_number, lines_of
 from golden.scene.file_text import number as number_of
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
@@ -64,10 +64,10 @@ def _statements(lines: list[str], name: str) -> list[_Statement]:
         where = f"{name}:{number}"
         if words[0] in COUNTS or words[0] in PER_VERTEX or words[0] in VIEW:
             statements.append(_Statement(words.pop(0), where, []))
-        elif not statements or not _is_number(words[0]):
+        elif not statements or not is_number(words[0]):
             raise InputError(f"{where}: unknown entity {words[0]!r}")
         for word in words:
-            if not _is_number(word):
+            if not is_number(word):
                 raise InputError(f"{where}: {word!r} is not a number")
             value = number_of(word)
             if not math.isfinite(value):
@@ -76,14 +76,6 @@ def _statements(lines: list[str], name: str) -> list[_Statement]:
                 raise InputError(f"{where}: {word!r} is beyond {LARGEST:g}")
             statements[-1].values.append(value)
     return statements
-
-
-def _is_number(word: str) -> bool:
-    try:
-        number_of(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _check_count(statement: _Statement) -> None:
