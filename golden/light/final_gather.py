@@ -63,8 +63,6 @@ class FinalGather:
 
         Parameters
         ----------
-        points
-            The points.
         u, v, front
             Their bilinear coordinates on their patches, and whether they are on the fronts.
         keys, rank

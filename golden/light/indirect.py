@@ -172,8 +172,6 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
 
     Parameters
     ----------
-    scene, refinement
-        The patches and their elements.
     frusta, caster, tally
         Caster of hemispheres, caster of shadow rays, and their counts.
     hemisphere, density

@@ -272,10 +272,6 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     ----------
     scene
         The scene; it must have a light (an emitting material, a point light or a background).
-    camera
-        The camera.
-    settings
-        The settings.
     sensors
         Points at which light is measured, or None.
     with_received

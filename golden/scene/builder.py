@@ -9,13 +9,7 @@ __all__ = ["SceneBuilder"]
 
 
 class SceneBuilder:
-    """Collects arrays of patches and assigns the numbers of materials, surfaces and smooth groups.
-
-    Parameters
-    ----------
-    name
-        The scene's name.
-    """
+    """Collects arrays of patches and assigns the numbers of materials, surfaces and smooth groups."""
 
     def __init__(self, name: str):
         self._name = name

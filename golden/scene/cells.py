@@ -33,8 +33,6 @@ class Cells:
 
     Parameters
     ----------
-    scene
-        The patches.
     cell
         Cell size as a share of the scene box's longest side, 1/256 to 1.
 

@@ -57,8 +57,6 @@ class FactorRows:
 
     Parameters
     ----------
-    scene
-        The patches.
     caster
         A caster with ``nearest_patches`` and ``occluded``, such as `golden.cast.grid.Grid`.
     error
