@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.base.compiled import compiled
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from golden.base.output import check_outputs
 from golden.base.spread import in_threads, in_turn
 from golden.cast.density import Density
@@ -150,10 +150,7 @@ class RenderSettings:
         if self.method is None:
             object.__setattr__(self, "method", default_method() if self.cell is None else "grid")
         for name, choices in (("solver", SOLVERS), ("method", FRUSTUM_METHODS)):
-            if getattr(self, name) not in choices:
-                known = ", ".join(choices)
-                raise InputError(f"{name.capitalize()} must be one of {known}, not {getattr(self, name)!r}",
-                                 parameter=name)
+            check_choice(name.capitalize(), getattr(self, name), choices, parameter=name)
         if self.shooting is not None and not isinstance(self.shooting, Shooting):
             raise InputError(f"Shooting must be a Shooting or None, not {self.shooting!r}", parameter="shooting")
         if self.noise is not None:
