@@ -244,13 +244,6 @@ def test_unusable_grids_are_refused(arguments, message):
         hemisphere_factors(scene, Naive(scene), **arguments)
 
 
-def test_points_without_normals_are_refused():
-    scene = cube(1)
-    with pytest.raises(InputError, match="Normals must be one for each of 2 points, not 1"):
-        hemisphere_sums(Naive(scene), Hemisphere(4, 4), np.zeros((2, 3)), [(0, 0, 1)], -1, columns=6,
-                        column_of=patch_columns(scene))
-
-
 @pytest.mark.parametrize("glazed", [False, True])
 def test_the_sky_is_summed_over_the_rays_that_meet_nothing(glazed):
     """By its radiance in their directions, behind glass too: here the cosine, whose mean over a sky is 2/3."""
