@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from scipy import sparse
 
-from golden.base.spread import Spread, in_turn
+from golden.base.spread import Spread
 from golden.cast.hemisphere import Hemisphere
 from golden.light.contacts import PARTS
 from golden.light.elements import Elements
@@ -30,7 +30,7 @@ class PieceRows:
     rows
         Casts hemispheres at points.
     hemisphere, spread
-        The grid of rays, and what casts spans of hemispheres. Default: one after the other.
+        The grid of rays, and what casts spans of hemispheres.
 
     Members
     -------
@@ -43,7 +43,7 @@ class PieceRows:
     """
 
     def __init__(self, scene: Scene, elements: Elements, pieces: Pieces, rows: NodeRows, hemisphere: Hemisphere,
-                 spread: Spread = in_turn):
+                 spread: Spread):
         self._rows, self._hemisphere, self._spread, self._pieces = rows, hemisphere, spread, pieces
         self.groups, self.sky = rows.groups, np.zeros((len(elements.lattice), 3))
         self.buried = np.zeros(len(elements.lattice), dtype=bool)
