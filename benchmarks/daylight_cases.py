@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 from scipy.integrate import quad
 
+from benchmarks.analytic import point_to_polygon
 from benchmarks.daylight_room import (
     BLACK,
     EFFICACY,
@@ -25,8 +26,7 @@ from benchmarks.daylight_room import (
     through,
     transmittance,
 )
-from benchmarks.window_cases import VERTICAL, WINDOWS
-from golden.light.analytic import point_to_polygon
+from benchmarks.window_cases import WINDOWS
 from golden.light.photometry.quantities import lux
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builder import SceneBuilder

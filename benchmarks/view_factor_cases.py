@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from golden.light.closed_forms import b_4, c_11, c_14, c_41
+from benchmarks.closed_forms import b_4, c_11, c_14, c_41
 from golden.light.factors.view_factors import ViewFactors
 from golden.scene.builtin.shapes import FACES, box, cap, loft
 

@@ -12,7 +12,7 @@ from golden.light.factors.join import Estimate, join
 from golden.light.factors.projection import project
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.sides import Sides
-from golden.scene.geometry import geometry_scene
+from golden.scene.scene import Scene
 
 __all__ = ["METHODS", "method_rows"]
 
@@ -70,7 +70,7 @@ def method_rows(facets: np.ndarray, *, coarse: float, fine: float) -> list[list]
     coarse, fine
         Requested errors of the estimates and of what they are compared with.
     """
-    scene = geometry_scene(facets)
+    scene = Scene.from_arrays(facets)
     area, grid = Sides(scene).area, Grid(scene)
 
     def estimate_to(error, seed):

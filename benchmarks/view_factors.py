@@ -21,8 +21,8 @@ from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.interface import view_factors
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.view_factors import ViewFactors
-from golden.scene.geometry import geometry_scene
 from golden.scene.open import open_scene
+from golden.scene.scene import Scene
 from radiosity.charts.chart import Line
 from radiosity.cli.console import console
 
@@ -128,7 +128,7 @@ def compared() -> list[tuple[str, np.ndarray, Case | None, float]]:
 
 def program_rows(name: str, facets: np.ndarray, case: Case | None, error: float, seconds: float) -> list[list]:
     """A row for each program, which says so if the program is stopped after so many seconds."""
-    rows, area = [], geometry_scene(facets).areas
+    rows, area = [], Scene.from_arrays(facets).areas
     for program in PROGRAMS:
         try:
             found = in_own_process(compute, program, facets, error, seconds=seconds)

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
+from benchmarks.analytic import point_to_polygon
 from benchmarks.daylight_room import (
     BLACK,
     EFFICACY,
@@ -22,7 +23,6 @@ from benchmarks.daylight_room import (
     through,
     transmittance,
 )
-from golden.light.analytic import point_to_polygon
 from golden.scene.builder import SceneBuilder
 from golden.scene.lights import DirectionalLight
 from golden.scene.material import Material

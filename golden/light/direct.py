@@ -93,8 +93,6 @@ class DirectLight:
 
         Parameters
         ----------
-        points
-            The points.
         keys
             M hashes (`golden.light.sampling.mix`), one per point, that seed the samples.
         rank

@@ -15,13 +15,6 @@ __all__ = ["Elements"]
 class Elements:
     """The fronts of a refinement's elements, then the backs of those of two-sided patches: C in all.
 
-    Parameters
-    ----------
-    scene
-        The patches.
-    refinement
-        Their elements.
-
     Members
     -------
     patch, front, vertices, centre, normal, area, triangle

@@ -63,8 +63,6 @@ class FinalGather:
 
         Parameters
         ----------
-        points
-            The points.
         u, v, front
             Their bilinear coordinates on their patches, and whether they are on the fronts.
         keys, rank
@@ -130,7 +128,7 @@ class FinalGather:
             def see_sky(owner, weight, direction, see=see):
                 see(owner, weight, self._scene.background_along(direction))
 
-            outside = (see_sky, see) if changing is None else (_ignore, _ignore)
+            outside = (see_sky, see) if changing is None else (lambda *_: None,) * 2
             for end, part, along, met in ray_ends(owner, weight, rays, hits, clear, *outside):
                 piece = self._indirect.pieces.seen(along, met)
                 radiance = self._change(piece, met, keys[end], rank[end] * samples + self._numbers(end), changing)
@@ -159,10 +157,6 @@ class FinalGather:
         """Numbers of rays among those of equal owners, which follow one another."""
         starts = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]])[:len(owner)])
         return np.arange(len(owner)) - np.repeat(starts, np.diff(np.append(starts, len(owner))))
-
-
-def _ignore(*_):
-    pass
 
 
 @compiled

@@ -96,17 +96,10 @@ def hemisphere_sums(caster, hemisphere: Hemisphere, points, normals, surfaces, *
         Casts spans of the hemispheres. Default: one after the other.
     progress
         Shows a progress bar after two seconds.
-
-    Raises
-    ------
-    InputError
-        Shapes do not match or a value is not finite.
     """
     points, normals = (np.asarray(value, dtype=np.float64).reshape(-1, 3) for value in (points, normals))
     count, size = len(points), len(hemisphere)
     surfaces = np.broadcast_to(np.asarray(surfaces, dtype=np.int32), (count,))
-    if len(normals) != count:
-        raise InputError(f"hemispheres: Normals must be one for each of {count} points, not {len(normals)}")
     work = _Hemispheres(caster, hemisphere, points, frame(normals), surfaces, columns, column_of, clear, sky,
                        density)
     parts = spans(count, max(1, _BLOCK // size))

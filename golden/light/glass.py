@@ -39,11 +39,6 @@ class Glass:
     to and fro: it mirrors 2 R / (1 + R). The rest of the transparent share passes. For a pane with parallel faces,
     sheet or body, that is exact but for the offset of the rays.
 
-    Parameters
-    ----------
-    scene
-        The patches.
-
     Members
     -------
     clear

@@ -12,7 +12,7 @@ from PIL.PngImagePlugin import PngInfo
 from golden.base.errors import InputError
 from golden.base.output import whole_file
 
-__all__ = ["false_colour", "label_colours", "read_exr", "write_exr", "write_png"]
+__all__ = ["false_colour", "label_colours", "write_exr", "write_png"]
 
 # Of ITU-R BT.709: x and y of red, green, blue and white.
 _BT_709 = 0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329
@@ -67,11 +67,6 @@ def write_exr(path: Path, image: np.ndarray, *, white: float) -> None:
         except RuntimeError as error:
             # The binding raises the system's errors as RuntimeError.
             raise InputError(f"output {str(path)!r}: cannot be written ({error})") from error
-
-
-def read_exr(path: Path) -> np.ndarray:
-    """H x W x 3 float32 of an OpenEXR file with the channels R, G, B."""
-    return OpenEXR.File(str(path)).channels()["RGB"].pixels
 
 
 def false_colour(values: np.ndarray, title: str, *, top: float | None = None,

@@ -147,11 +147,6 @@ class IndirectLight:
             self, irradiance=filled(self.elements.lattice, self.irradiance, change, self.buried),
             refined_irradiance=filled(self.refined, self.refined_irradiance, refined_change, self.refined_buried))
 
-    def at_points(self, position: np.ndarray, normal: np.ndarray, source: np.ndarray,
-                  hemisphere: Hemisphere) -> np.ndarray:
-        """Irradiance over pi at M points, M x 3, from a hemisphere at each; see `NodeRows.cast`."""
-        return self.rows.cast(position, normal, source, hemisphere).gathered(self.display)
-
 
 def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, caster: CastsRays, tally: Tally, *,
                    hemisphere: Hemisphere, solver: str, light_samples: int, seed: int, density: Density | None = None,
@@ -172,8 +167,6 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
 
     Parameters
     ----------
-    scene, refinement
-        The patches and their elements.
     frusta, caster, tally
         Caster of hemispheres, caster of shadow rays, and their counts.
     hemisphere, density

@@ -62,8 +62,6 @@ class Lattice:
 
     Parameters
     ----------
-    scene
-        The patches.
     patch, side
         S each: the patch of each sheet, and 1 for its front or -1 for its back.
     cuts

@@ -33,7 +33,6 @@ def by_area(vertices: np.ndarray, is_triangle: np.ndarray, light: np.ndarray, or
         x, y = u[k], v[k]
         if is_triangle[light[k]]:
             y = 1 - np.sqrt(1 - y)
-        if is_triangle[light[k]]:
             ax, ay, az = corner[1, 0] - corner[0, 0], corner[1, 1] - corner[0, 1], corner[1, 2] - corner[0, 2]
             bx, by, bz = corner[2, 0] - corner[0, 0], corner[2, 1] - corner[0, 1], corner[2, 2] - corner[0, 2]
             half = 0.5

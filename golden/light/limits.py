@@ -24,8 +24,6 @@ def not_computed(scene: Scene, *, has_buried: bool) -> list[str]:
 
     Parameters
     ----------
-    scene
-        The patches.
     has_buried
         Whether parts of curved surfaces are inside bodies.
     """
@@ -83,8 +81,6 @@ def warn_of_tiny_patches(scene: Scene, least: float) -> None:
 
     Parameters
     ----------
-    scene
-        The patches.
     least
         Least distance of a hit, in scene units.
     """
@@ -100,8 +96,6 @@ def warn_of_near_lights(scene: Scene, refinement: Refinement, pairs: NearPairs) 
 
     Parameters
     ----------
-    scene, refinement
-        The patches and their elements.
     pairs
         The lights, and the surfaces before them. One with knots is cut where the light demands it.
     """

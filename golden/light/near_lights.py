@@ -30,8 +30,6 @@ class NearPairs:
 
     Parameters
     ----------
-    scene
-        The patches.
     caster
         Casts rays from the lights.
 

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from scipy import sparse
 
-from golden.base.spread import Spread, in_turn
+from golden.base.spread import Spread
 from golden.cast.hemisphere import Hemisphere
 from golden.light.contacts import PARTS
 from golden.light.elements import Elements
@@ -30,7 +30,7 @@ class PieceRows:
     rows
         Casts hemispheres at points.
     hemisphere, spread
-        The grid of rays, and what casts spans of hemispheres. Default: one after the other.
+        The grid of rays, and what casts spans of hemispheres.
 
     Members
     -------
@@ -43,7 +43,7 @@ class PieceRows:
     """
 
     def __init__(self, scene: Scene, elements: Elements, pieces: Pieces, rows: NodeRows, hemisphere: Hemisphere,
-                 spread: Spread = in_turn):
+                 spread: Spread):
         self._rows, self._hemisphere, self._spread, self._pieces = rows, hemisphere, spread, pieces
         self.groups, self.sky = rows.groups, np.zeros((len(elements.lattice), 3))
         self.buried = np.zeros(len(elements.lattice), dtype=bool)
@@ -64,9 +64,9 @@ class PieceRows:
         """See above."""
         return len(self._known)
 
-    def of_pieces(self, _) -> list["_GroupRows"]:
-        """For each group of channels an object with ``rows(ids)``, as a `RadiositySystem` takes it."""
-        return [_GroupRows(partial(self._of, group=number)) for number in range(len(self.groups))]
+    def of_pieces(self, _) -> list[Callable[[np.ndarray], sparse.csr_array]]:
+        """For each group of channels the function from pieces to their rows that a `RadiositySystem` takes."""
+        return [partial(self._of, group=number) for number in range(len(self.groups))]
 
     def settle(self, irradiance: np.ndarray, received: np.ndarray) -> np.ndarray:
         """The nodes' irradiance over pi, M x 3: the mean of the pieces around each that light has reached.
@@ -91,10 +91,3 @@ class PieceRows:
             for place, one in enumerate(missing.tolist()):
                 self._known[one] = [matrix[[place]] for matrix in found.factors]
         return sparse.vstack([self._known[one][group] for one in ids.tolist()]).tocsr()
-
-
-class _GroupRows:
-    """The rows of a group of channels."""
-
-    def __init__(self, rows: Callable[[np.ndarray], sparse.csr_array]):
-        self.rows = rows

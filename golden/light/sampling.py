@@ -8,7 +8,7 @@ import numpy as np
 
 from golden.base.compiled import compiled
 
-__all__ = ["mix", "pixel_ranks", "sobol", "uniform"]
+__all__ = ["mix", "pixel_ranks", "scrambled", "sobol", "uniform"]
 
 # The whole numbers of the sequence, and those that have no bit of a step: 0x55555555, 0x33333333 ...
 _BITS = 32
@@ -24,7 +24,7 @@ def mix(seed, *keys) -> np.ndarray:
     with np.errstate(over="ignore"):  # modulo 2^64 on purpose
         for key in keys:
             key = np.asarray(key).astype(np.uint64) + np.uint64(1)
-            state = _scramble(state + np.uint64(0x9E3779B97F4A7C15) * key)
+            state = scrambled(state + np.uint64(0x9E3779B97F4A7C15) * key)
     return state
 
 
@@ -109,7 +109,7 @@ def _product(one, other):
     return (one * (other & 0xFFFF) + ((one * (other >> 16) & 0xFFFF) << 16)) & _WHOLE
 
 
-def _scramble(state):
+def scrambled(state):
     """The finaliser of the splitmix64 generator, which maps neighbouring numbers far apart."""
     state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

@@ -11,13 +11,7 @@ __all__ = ["SeenPoints"]
 
 
 class SeenPoints:
-    """Finds the points of rays with known hits.
-
-    Parameters
-    ----------
-    scene
-        The patches.
-    """
+    """Finds the points of rays with known hits."""
 
     def __init__(self, scene: Scene):
         self._normals, self._corner_normals = scene.normals, corner_normals(scene)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from golden.base.errors import InputError
+from golden.scene.appearance import to_srgb
 
 __all__ = ["CURVES", "automatic_exposure", "luminance", "tone_map"]
 
@@ -63,9 +64,5 @@ def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "
         white = max(1.0, float(np.quantile(bright, 1 - _WHITE_SHARE)))
         linear = linear * ((1 + bright / white**2) / (1 + bright))[..., None]
     linear = np.clip(linear, 0, 1)
-    encoded = _srgb(linear) if gamma is None else linear ** (1 / gamma)
+    encoded = to_srgb(linear) if gamma is None else linear ** (1 / gamma)
     return np.rint((2**bits - 1) * encoded).astype({8: np.uint8, 16: np.uint16}[bits])
-
-
-def _srgb(linear: np.ndarray) -> np.ndarray:
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.base.compiled import compiled
-from golden.base.errors import InputError
+from golden.base.errors import InputError, check_choice
 from golden.base.output import check_outputs
 from golden.base.spread import in_threads, in_turn
 from golden.cast.density import Density
@@ -150,10 +150,7 @@ class RenderSettings:
         if self.method is None:
             object.__setattr__(self, "method", default_method() if self.cell is None else "grid")
         for name, choices in (("solver", SOLVERS), ("method", FRUSTUM_METHODS)):
-            if getattr(self, name) not in choices:
-                known = ", ".join(choices)
-                raise InputError(f"{name.capitalize()} must be one of {known}, not {getattr(self, name)!r}",
-                                 parameter=name)
+            check_choice(name.capitalize(), getattr(self, name), choices, parameter=name)
         if self.shooting is not None and not isinstance(self.shooting, Shooting):
             raise InputError(f"Shooting must be a Shooting or None, not {self.shooting!r}", parameter="shooting")
         if self.noise is not None:
@@ -243,11 +240,6 @@ class RenderResult:
             raise InputError("render: Sensors must be given for illuminances", parameter="sensors")
         return lux(self.sensors, efficacy)
 
-    def pixels(self, *, exposure: float | None = None, curve: str = "reinhard", gamma: float | None = None,
-               bits: int = 8) -> np.ndarray:
-        """The picture for a display, see `golden.light.tone.tone_map`."""
-        return tone_map(self.image, exposure=exposure, curve=curve, gamma=gamma, bits=bits)
-
     def save(self, path: str | Path, *, exposure: float | None = None, curve: str = "reinhard",
              gamma: float | None = None, bits: int = 8, efficacy: float = EFFICACY) -> None:
         """Write a .png as a display shows it, or an .exr of linear radiance; atomically.
@@ -264,7 +256,8 @@ class RenderResult:
         if path.suffix.lower() == ".exr":
             write_exr(path, self.image, white=efficacy)
         else:
-            write_png(path, self.pixels(exposure=exposure, curve=curve, gamma=gamma, bits=bits), gamma=gamma)
+            picture = tone_map(self.image, exposure=exposure, curve=curve, gamma=gamma, bits=bits)
+            write_png(path, picture, gamma=gamma)
 
 
 def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: Sensors | None = None,
@@ -276,10 +269,6 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
     ----------
     scene
         The scene; it must have a light (an emitting material, a point light or a background).
-    camera
-        The camera.
-    settings
-        The settings.
     sensors
         Points at which light is measured, or None.
     with_received

@@ -9,13 +9,7 @@ __all__ = ["SceneBuilder"]
 
 
 class SceneBuilder:
-    """Collects arrays of patches and assigns the numbers of materials, surfaces and smooth groups.
-
-    Parameters
-    ----------
-    name
-        The scene's name.
-    """
+    """Collects arrays of patches and assigns the numbers of materials, surfaces and smooth groups."""
 
     def __init__(self, name: str):
         self._name = name
@@ -35,7 +29,8 @@ class SceneBuilder:
         material
             Their material.
         surface
-            N int, equal for patches cut from one planar polygon. Default: each patch is its own surface.
+            N int, equal for patches cut from one planar polygon, or one number for all. Default: each patch is its own
+            surface.
         smooth
             Whether all these patches together approximate one curved surface.
         two_sided
@@ -43,7 +38,8 @@ class SceneBuilder:
         """
         patches = np.asarray(patches, dtype=np.float64).reshape(-1, 4, 3)
         count = len(patches)
-        surface = np.arange(count) if surface is None else np.unique(np.asarray(surface), return_inverse=True)[1]
+        surface = np.arange(count) if surface is None else np.unique(
+            np.broadcast_to(surface, count), return_inverse=True)[1]
         if not count:
             return
         surface = surface + self._surfaces

@@ -3,9 +3,10 @@
 import numpy as np
 
 from golden.base.errors import InputError
+from golden.scene.cells_kernel import patches_of_cells
 from golden.scene.scene import Scene
 
-__all__ = ["FINEST", "Cells", "balanced_cell", "check_cell_size", "patches_by_cell"]
+__all__ = ["FINEST", "Cells", "balanced_cell", "check_cell_size"]
 
 # A patch also belongs to cells that it misses by up to this share of the scene's size, so that rounding in a traversal
 # misses no patch.
@@ -32,8 +33,6 @@ class Cells:
 
     Parameters
     ----------
-    scene
-        The patches.
     cell
         Cell size as a share of the scene box's longest side, 1/256 to 1.
 
@@ -64,37 +63,11 @@ class Cells:
         # The outermost patches may be exactly on the scene box: the margin keeps them, and rays to them, inside.
         self.base = lower
         self.shape = np.maximum(np.ceil((upper - lower + 2 * self.margin) / self.size).astype(int), 1)
-        self.start, self.patch = patches_by_cell(
-            scene.vertices - lower, lower=np.full(3, -self.margin), size=self.size, shape=self.shape,
-            margin=self.margin)
+        self.start, self.patch = patches_of_cells(
+            scene.vertices - lower, np.full(3, -self.margin), self.size, self.shape, self.margin)
 
     def __len__(self) -> int:
         return int(self.shape.prod())
-
-
-def patches_by_cell(vertices: np.ndarray, *, lower: np.ndarray, size: float, shape: np.ndarray, margin: float):
-    """The patches within a margin of each cell of a grid.
-
-    Parameters
-    ----------
-    vertices
-        N x 4 x 3, planar and convex.
-    lower, size, shape
-        The grid: lower corner, side of a cell, cells along x, y and z.
-    margin
-        Distance in the units of the vertices.
-
-    Returns
-    -------
-    tuple
-        ``start`` and ``patch``: the patches of cell number c are ``patch[start[c]:start[c + 1]]``, ascending; x runs
-        slowest.
-    """
-    lower, shape = np.asarray(lower, dtype=np.float64), np.asarray(shape, dtype=np.int64)
-    vertices = np.ascontiguousarray(vertices)
-    from golden.scene.cells_kernel import patches_of_cells
-
-    return patches_of_cells(vertices, lower, float(size), shape, float(margin))
 
 
 def balanced_cell(scene: Scene) -> float:

@@ -9,7 +9,22 @@ __all__ = ["patches_of_cells"]
 
 @compiled
 def patches_of_cells(vertices, lower, size, shape, margin):
-    """``start`` and ``patch`` of `golden.scene.cells.patches_by_cell`, int64."""
+    """The patches within a margin of each cell of a grid.
+
+    Parameters
+    ----------
+    vertices
+        N x 4 x 3 float64, planar and convex.
+    lower, size, shape
+        The grid: lower corner and side of a cell in float64, cells along x, y and z.
+    margin
+        Distance in the units of the vertices, float64.
+
+    Returns
+    -------
+    ``start`` and ``patch``, int64: the patches of cell number c are ``patch[start[c]:start[c + 1]]``, ascending; x runs
+    slowest.
+    """
     half = 0.5 * size + margin
     cells, patches = np.empty((2, 4 * len(vertices)), dtype=np.int64)
     start = np.zeros(shape[0] * shape[1] * shape[2] + 1, dtype=np.int64)

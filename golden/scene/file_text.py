@@ -7,7 +7,7 @@ from pathlib import Path
 
 from golden.base.input_warnings import warn
 
-__all__ = ["file_of", "forms_of", "lines_of", "number", "numbers", "unquoted"]
+__all__ = ["file_of", "forms_of", "is_number", "lines_of", "number", "numbers", "unquoted"]
 
 # What C libraries write for values that are not finite: nan(ind), -nan, 1.#QNAN0, -1.#IND00, 1.#INF.
 _NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|1\.#(qnan|snan|ind|inf)\d*)", re.IGNORECASE)
@@ -59,6 +59,15 @@ def number(word: str) -> float:
             if _NOT_FINITE.fullmatch(word):
                 return math.nan
     raise ValueError(f"{word!r} is not a number")
+
+
+def is_number(word: str) -> bool:
+    """Whether a word is a `number`."""
+    try:
+        number(word)
+    except ValueError:
+        return False
+    return True
 
 
 def numbers(words: list[str]) -> list[float]:

@@ -2,7 +2,6 @@
 
 import json
 import struct
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -34,14 +33,6 @@ STRAIGHT = 90 * (1 + 1e-6)
 
 COMPRESSED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
-
-
-@dataclass
-class View:
-    """Contents of the nodes besides meshes."""
-
-    camera: Camera | None = None
-    lights: list[PointLight | DirectionalLight] = field(default_factory=list)
 
 
 def split_glb(data: bytes) -> tuple[dict, bytes]:
@@ -112,23 +103,23 @@ def _add_lengths(rotations, unused: Unused) -> None:
     unused.add("length of a rotation", int((np.abs(lengths - 1) > UNIT).sum()))
 
 
-def _view(tree: dict, unused: Unused) -> View:
-    """Camera and lights of the scene."""
+def _view(tree: dict, unused: Unused) -> dict:
+    """Camera and lights of the scene, as `Scene` takes them."""
     _add_lengths([node["rotation"] for node in tree.get("nodes", ()) if "rotation" in node], unused)
-    view = View()
+    camera, found = None, []
     lights = tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
     for node, matrix in _walk(tree):
         number = node.get("camera")
         lens = None if number is None else tree["cameras"][number].get("perspective")
-        if view.camera is None and lens is not None:
+        if camera is None and lens is not None:
             eye, back = matrix[:3, 3], matrix[:3, 2]
-            view.camera = Camera(eye=tuple(eye), target=tuple(eye - back / np.linalg.norm(back)),
-                                 up=tuple(matrix[:3, 1]), fov=float(np.degrees(lens["yfov"])))
+            camera = Camera(eye=tuple(eye), target=tuple(eye - back / np.linalg.norm(back)), up=tuple(matrix[:3, 1]),
+                            fov=float(np.degrees(lens["yfov"])))
         number = node.get("extensions", {}).get("KHR_lights_punctual", {}).get("light")
         light = None if number is None else _light(lights[number], matrix, unused)
         if light is not None:
-            view.lights.append(light)
-    return view
+            found.append(light)
+    return {"camera": camera, "lights": tuple(found)}
 
 
 def _light(source: dict, matrix: np.ndarray, unused: Unused) -> PointLight | DirectionalLight | None:
@@ -224,8 +215,8 @@ def _mesh(tree: dict, buffers: GltfBuffers, unused: Unused) -> Mesh:
                 textures=textures.build(count), files=buffers.files)
 
 
-def read_gltf(path: Path) -> tuple[Mesh, View]:
-    """The mesh of a .gltf or .glb file, with its first perspective camera and its lights.
+def read_gltf(path: Path) -> tuple[Mesh, dict]:
+    """The mesh of a .gltf or .glb file, and its first perspective camera and its lights, as `Scene` takes them.
 
     Candela of point and spot lights are taken as W/sr, lux of directional ones as W/m2.
 

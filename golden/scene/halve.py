@@ -20,8 +20,6 @@ def halved(scene: Scene, patches: int) -> Scene:
 
     Parameters
     ----------
-    scene
-        The patches.
     patches
         At least those of the scene, and at most `MOST_PATCHES`.
 

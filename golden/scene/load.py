@@ -45,7 +45,7 @@ def _read(path: Path, facets: bool) -> Scene:
     from golden.scene.gltf import read_gltf  # slow
 
     mesh, view = read_gltf(path)
-    return make(mesh, **properties, camera=view.camera, lights=tuple(view.lights))
+    return make(mesh, **properties, **view)
 
 
 def load_scene(path, *, facets: bool = False) -> Scene:

@@ -11,8 +11,7 @@ from PIL import Image
 from golden.base.errors import InputError
 from golden.base.input_warnings import warn
 from golden.scene.appearance import UNSPECIFIED, bounded_material
-from golden.scene.file_text import file_of, forms_of, lines_of, numbers, unquoted
-from golden.scene.file_text import number as number_of
+from golden.scene.file_text import file_of, forms_of, is_number, lines_of, numbers, unquoted
 from golden.scene.material import Material
 from golden.scene.parser import check_regular
 from golden.scene.texture import MOST_PIXELS, Texture
@@ -199,20 +198,12 @@ def _options(text: str) -> tuple[dict[str, list[str]], str]:
         option, text, values = head[0], head[1] if len(head) > 1 else "", []
         for rank in range(OPTIONS[option]):
             word, *more = text.split(None, 1) or [""]
-            if not word or (rank and OPTIONS[option] == 3 and not _is_number(word)):
+            if not word or (rank and OPTIONS[option] == 3 and not is_number(word)):
                 break
             values.append(word)
             text = more[0] if more else ""
         options[option] = values
     return options, text.strip()
-
-
-def _is_number(word):
-    try:
-        number_of(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _named(folder, text):

@@ -13,7 +13,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.scene.builder import SceneBuilder
 from golden.scene.camera import Camera
-from golden.scene.file_text import lines_of
+from golden.scene.file_text import is_number, lines_of
 from golden.scene.file_text import number as number_of
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
@@ -64,10 +64,10 @@ def _statements(lines: list[str], name: str) -> list[_Statement]:
         where = f"{name}:{number}"
         if words[0] in COUNTS or words[0] in PER_VERTEX or words[0] in VIEW:
             statements.append(_Statement(words.pop(0), where, []))
-        elif not statements or not _is_number(words[0]):
+        elif not statements or not is_number(words[0]):
             raise InputError(f"{where}: unknown entity {words[0]!r}")
         for word in words:
-            if not _is_number(word):
+            if not is_number(word):
                 raise InputError(f"{where}: {word!r} is not a number")
             value = number_of(word)
             if not math.isfinite(value):
@@ -76,14 +76,6 @@ def _statements(lines: list[str], name: str) -> list[_Statement]:
                 raise InputError(f"{where}: {word!r} is beyond {LARGEST:g}")
             statements[-1].values.append(value)
     return statements
-
-
-def _is_number(word: str) -> bool:
-    try:
-        number_of(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _check_count(statement: _Statement) -> None:
@@ -105,12 +97,11 @@ def _check_count(statement: _Statement) -> None:
 class _Reader:
     """Reads statements one after the other into a scene builder, a camera and lights."""
 
-    def __init__(self, name: str, segments: int):
+    def __init__(self, name: str):
         self.builder = SceneBuilder(name)
         self.camera: Camera | None = None
         self.lights: list[tuple[list[float], list[float]]] = []
         self.background, self._has_background = (0.0, 0.0, 0.0), False
-        self._segments = segments
         self._material = UNFILLED
         self._fills: dict[tuple[float, ...], Material] = {}
         self._view: dict[str, list[float]] = {}
@@ -184,12 +175,12 @@ class _Reader:
 
     def _take_s(self, statement: _Statement) -> None:
         *center, radius = statement.values
-        self._add_round(sphere(center, radius, segments=self._segments))
+        self._add_round(sphere(center, radius))
 
     def _take_c(self, statement: _Statement) -> None:
         *base, base_radius = statement.values[:4]
         *apex, apex_radius = statement.values[4:]
-        self._add_round(frustum(base, apex, base_radius, apex_radius, segments=self._segments))
+        self._add_round(frustum(base, apex, base_radius, apex_radius))
 
     def _add_round(self, patches: np.ndarray) -> None:
         self._round += len(patches)
@@ -199,7 +190,7 @@ class _Reader:
 
     def _take_p(self, statement: _Statement) -> None:
         patches = cut_polygon(np.array(statement.values[1:]).reshape(-1, 3))
-        self.builder.add(patches, self._material, surface=np.zeros(len(patches), dtype=int), two_sided=True)
+        self.builder.add(patches, self._material, surface=0, two_sided=True)
 
     def _take_pp(self, statement: _Statement) -> None:
         self._curved.append(cut_polygon(np.array(statement.values[1:]).reshape(-1, 6)[:, :3]))
@@ -227,7 +218,7 @@ def _point_lights(lights, bounds: np.ndarray) -> tuple[PointLight, ...]:
     return tuple(placed)
 
 
-def read_nff(data: bytes, name: str, *, segments: int = 16) -> Scene:
+def read_nff(data: bytes, name: str) -> Scene:
     """Reads a scene in NFF.
 
     * ``v``: the camera. ``angle`` is the full vertical field of view; ``hither`` and ``resolution`` are not used.
@@ -248,8 +239,6 @@ def read_nff(data: bytes, name: str, *, segments: int = 16) -> Scene:
         The file's content.
     name
         The file's name, for messages; its stem is the scene's name.
-    segments
-        Patches around a sphere, cone or cylinder.
 
     Raises
     ------
@@ -262,7 +251,7 @@ def read_nff(data: bytes, name: str, *, segments: int = 16) -> Scene:
     InputWarning
         Names further views and backgrounds, and shares that were scaled down.
     """
-    reader = _Reader(PurePath(name).stem, segments)
+    reader = _Reader(PurePath(name).stem)
     statements = _statements(lines_of(data), name)
     if not any(statement.keyword in OBJECTS for statement in statements):
         raise InputError(f"{name}: it has no object ({', '.join(OBJECTS)})")

@@ -23,8 +23,6 @@ def overlaps(scene: Scene, which: np.ndarray | None = None) -> np.ndarray:
 
     Parameters
     ----------
-    scene
-        The patches.
     which
         N bool: only pairs of one of these and one of the others. Default: all pairs.
     """

@@ -11,7 +11,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.scene.adjacency import FLAT, coplanar, patch_normals, rounded_sine, shared_edges, surface_numbers
 
-__all__ = ["CONVEX", "as_patches", "cut_polygon", "is_convex_quad", "merge_triangles", "split_nonplanar"]
+__all__ = ["CONVEX", "as_patches", "cut_polygon", "is_convex_quad", "ladder", "merge_triangles", "split_nonplanar"]
 
 CONVEX = 1e-4
 """Least sine of the exterior angle at each corner of a strictly convex quad."""
@@ -192,7 +192,7 @@ def _exterior_angles(plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)
 
 
-def _ladder(count: int) -> np.ndarray:
+def ladder(count: int) -> np.ndarray:
     """Quads across a convex polygon of ``count`` corners, from one side to the other, with a triangle at the end."""
     steps = np.arange((count - 1) // 2)
     rungs = np.stack((steps, steps + 1, count - 2 - steps, count - 1 - steps), axis=1)
@@ -255,7 +255,7 @@ def cut_polygon(points: np.ndarray) -> np.ndarray:
         raise InputError("polygon: it crosses itself")
     sines, cosines = _exterior_angles(plane)
     if sines.min() > CONVEX and np.arctan2(sines, cosines).sum() < 3 * np.pi:
-        patches, _ = split_nonplanar(points[_ladder(len(points))])
+        patches, _ = split_nonplanar(points[ladder(len(points))])
         return patches
     corners = np.flatnonzero((np.abs(sines) > STRAIGHT) | (cosines < 0))
     ends = np.array([len(corners)], dtype=np.uint32)

@@ -17,18 +17,6 @@ PLANAR = 1e-12
 """Largest distance of a corner from its quad's plane, as a share of the largest coordinate."""
 
 
-def _check_count(name: str, value, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise InputError(f"{name} must be a whole number of at least {least}, not {value!r}")
-
-
-def _check_point(name: str, value) -> np.ndarray:
-    point = np.asarray(value, dtype=np.float64)
-    if point.shape != (3,) or not np.isfinite(point).all():
-        raise InputError(f"{name} must be three finite coordinates, not {value!r}")
-    return point
-
-
 def _across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two unit vectors that form a right-handed orthogonal frame with the axis."""
     least = np.zeros(3)
@@ -43,20 +31,8 @@ def square(center, side: float, *, facing=(0.0, 0.0, 1.0), cuts: int = 1) -> np.
     """A square as ``cuts`` x ``cuts`` patches, with its front towards the direction ``facing``.
 
     Where that is along an axis of coordinates, the sides are along the others.
-
-    Raises
-    ------
-    InputError
-        The center or the direction is not finite, the direction is zero, the side is not a finite value above 0, or
-        ``cuts`` is no whole number of at least 1.
     """
-    _check_count("Cuts", cuts, 1)
-    center, facing = _check_point("Center", center), _check_point("Facing", facing)
-    if not facing.any():
-        raise InputError(f"Facing must not be zero, not {tuple(facing.tolist())!r}")
-    if not (np.isfinite(side) and side > 0):
-        raise InputError(f"Side must be a finite value above 0, not {side!r}")
-    across, along = _across(facing)
+    across, along = _across(np.asarray(facing, dtype=np.float64))
     steps = (side * (np.arange(cuts + 1) / cuts - 0.5))[:, None]
     return _cells(center + (steps * across)[:, None] + (steps * along)).reshape(-1, 4, 3)
 
@@ -75,7 +51,8 @@ def revolution(profile, *, segments: int = 16) -> np.ndarray:
     Parameters
     ----------
     profile
-        K x 2: distance from the axis and height of its points. Where it climbs, the front faces away from the axis.
+        K x 2: distance from the axis and height of its points, no two neighbours at one point or both on the axis.
+        Where it climbs, the front faces away from the axis.
     segments
         Patches around the axis.
 
@@ -83,22 +60,9 @@ def revolution(profile, *, segments: int = 16) -> np.ndarray:
     -------
     ndarray
         ``(K - 1) * segments`` patches, band after band along the profile.
-
-    Raises
-    ------
-    InputError
-        Fewer than two points, a distance that is negative, two neighbours that coincide or are both on the axis, a
-        value that is not finite, or ``segments`` is no whole number of at least 3.
     """
-    _check_count("Segments", segments, 3)
     profile = np.asarray(profile, dtype=np.float64)
-    if profile.ndim != 2 or profile.shape[1] != 2 or len(profile) < 2 or not np.isfinite(profile).all():
-        raise InputError(f"Profile must be at least two pairs of finite values, not {profile.tolist()!r}")
-    if profile[:, 0].min() < 0:
-        raise InputError(f"Profile must not cross the axis, not {profile.tolist()!r}")
     on_axis = profile[:, 0] == 0
-    if (on_axis[1:] & on_axis[:-1]).any() or (profile[1:] == profile[:-1]).all(axis=1).any():
-        raise InputError(f"Profile must not have two neighbours on the axis or at one point, not {profile.tolist()!r}")
     angle = 2 * np.pi * np.arange(segments) / segments
     rings = np.empty((len(profile), segments + 1, 3))
     # Adding zero makes -0 0, so that equal corners have equal bytes.
@@ -127,18 +91,15 @@ def sphere(center, radius: float, *, segments: int = 16) -> np.ndarray:
     Raises
     ------
     InputError
-        The center is not finite, the radius not a finite value above 0, or ``segments`` no whole number of at least 3.
+        The radius is not a finite value above 0.
     """
-    _check_count("Segments", segments, 3)
-    center = _check_point("Center", center)
     if not (np.isfinite(radius) and radius > 0):
         raise InputError(f"Radius must be a finite value above 0, not {radius!r}")
-    return center + radius * _unit_sphere(segments)
+    return np.asarray(center, dtype=np.float64) + radius * _unit_sphere(segments)
 
 
-def frustum(base, apex, base_radius: float, apex_radius: float, *,
-            segments: int = 16, caps: bool = False) -> np.ndarray:
-    """A cylinder, cone or frustum of a cone between two points of its axis.
+def frustum(base, apex, base_radius: float, apex_radius: float, *, segments: int = 16) -> np.ndarray:
+    """The side of a cylinder, cone or frustum of a cone between two points of its axis, ``segments`` patches.
 
     Parameters
     ----------
@@ -146,23 +107,13 @@ def frustum(base, apex, base_radius: float, apex_radius: float, *,
         Centers of the two ends.
     base_radius, apex_radius
         Radii there; one of them may be 0.
-    segments
-        Patches around the axis.
-    caps
-        Whether ends of nonzero radius are closed, each by ``segments`` triangles about its center.
-
-    Returns
-    -------
-    ndarray
-        ``segments`` patches of the base's cap (if it has one), of the side, and of the apex' cap (if it has one).
 
     Raises
     ------
     InputError
-        The ends coincide, a coordinate is not finite, a radius is negative or not finite, both are 0, or ``segments``
-        is no whole number of at least 3.
+        The ends coincide, a radius is negative or not finite, or both are 0.
     """
-    base, apex = _check_point("Base", base), _check_point("Apex", apex)
+    base, apex = np.asarray(base, dtype=np.float64), np.asarray(apex, dtype=np.float64)
     for name, radius in (("Base radius", base_radius), ("Apex radius", apex_radius)):
         if not (np.isfinite(radius) and radius >= 0):
             raise InputError(f"{name} must be a finite value of at least 0, not {radius!r}")
@@ -171,12 +122,7 @@ def frustum(base, apex, base_radius: float, apex_radius: float, *,
     axis = apex - base
     if not np.linalg.norm(axis) > 0:
         raise InputError(f"Apex must be away from the base, not at {tuple(base.tolist())!r} as well")
-    profile = [(base_radius, 0.0), (apex_radius, 1.0)]
-    if caps and base_radius > 0:
-        profile.insert(0, (0.0, 0.0))
-    if caps and apex_radius > 0:
-        profile.append((0.0, 1.0))
-    local = revolution(profile, segments=segments)
+    local = revolution([(base_radius, 0.0), (apex_radius, 1.0)], segments=segments)
     side, other = _across(axis)
     return base + local[..., :1] * side + local[..., 1:2] * other + local[..., 2:] * axis
 
@@ -200,17 +146,8 @@ def bezier(control, *, cuts: int) -> np.ndarray:
     ndarray
         At most ``2 * cuts**2`` patches for each Bezier patch: a cell that is planar is one quad, another is cut into
         two triangles, one at a collapsed border is one triangle, one without area is omitted.
-
-    Raises
-    ------
-    InputError
-        Control points of the wrong shape or not finite, or ``cuts`` is no whole number of at least 1.
     """
-    _check_count("Cuts", cuts, 1)
-    control = np.asarray(control, dtype=np.float64)
-    if control.ndim not in (3, 4) or control.shape[-3:] != (4, 4, 3) or not np.isfinite(control).all():
-        raise InputError(f"Control points must be M x 4 x 4 x 3 finite values, not shape {control.shape!r}")
-    points = _bezier_points(control.reshape(-1, 4, 4, 3), cuts)
+    points = _bezier_points(np.asarray(control, dtype=np.float64).reshape(-1, 4, 4, 3), cuts)
     quads = _without_collapsed_sides(_cells(points).reshape(-1, 4, 3))
     patches, _ = split_nonplanar(_without_twisted(quads))
     areas = np.linalg.norm(np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1]), axis=1)

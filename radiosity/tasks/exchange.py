@@ -8,8 +8,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.base.output import check_inputs_stay, check_named_once, check_outputs, whole_file
 from golden.base.plural import counted
-from golden.light.factors.exchange import net_exchange, script_f
-from golden.light.factors.patch_error import PatchError
+from golden.light.factors.exchange import PatchError, net_exchange, script_f
 from golden.light.factors.view_factors import ViewFactors
 from golden.scene.file_text import number as number_of
 

@@ -22,7 +22,7 @@ from golden.engine.config import Icu, Numbers
 from golden.engine.frustum import hemisphere_record, screen_record
 from golden.engine.scene.g_coordinates import GCoordinates
 from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.scene import Camera
+from golden.scene.camera import Camera
 from golden.scene.open import open_scene
 from tb.golden.engine import test_shared_tables
 from tb.golden.engine.ctu import test_margins

@@ -10,9 +10,9 @@ from benchmarks.float32_causes import CAUSES, float32_causes
 from golden.cast.embree import Embree
 from golden.cast.grid import Grid
 from golden.cast.rays import Hits, Rays
-from golden.scene import Material
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
+from golden.scene.material import Material
 from tb.golden.soups import random_rays
 
 # Rays of each scene in a commit and at night, ten million in all.

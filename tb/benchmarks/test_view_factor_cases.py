@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from benchmarks.analytic import polygon_to_polygon
 from benchmarks.view_factor_cases import HIDDEN, OPEN, Case, box_in_box, visible_factor
-from golden.light.analytic import polygon_to_polygon
-from golden.scene.geometry import geometry_scene
+from golden.scene.scene import Scene
 from tb.golden.light.factors.samples import three_sides
 
 CASES = {case.name: case for case in (make() for make in (*OPEN, *HIDDEN))}
@@ -15,7 +15,7 @@ CASES = {case.name: case for case in (make() for make in (*OPEN, *HIDDEN))}
 @pytest.mark.parametrize("name", CASES)
 def test_shares_are_reciprocal(name):
     case = CASES[name]
-    area = geometry_scene(case.facets).areas
+    area = Scene.from_arrays(case.facets).areas
     assert case.known
     shares = {(tuple(starts), tuple(ends)): share * area[starts].sum() for starts, ends, share in case.known
               if ends is not None}
@@ -27,7 +27,7 @@ def test_shares_are_reciprocal(name):
 @pytest.mark.parametrize("name", [case.name for case in (make() for make in OPEN) if len(case.facets) < 9])
 def test_shares_without_occlusion_are_integrals(name):
     case = CASES[name]
-    area = geometry_scene(case.facets).areas
+    area = Scene.from_arrays(case.facets).areas
     for starts, ends, share in case.known:
         others = [k for k in range(len(case.facets)) if k not in starts] if ends is None else ends
         seen = sum(area[i] * polygon_to_polygon(case.facets[i], case.facets[j]) for i in starts for j in others)
@@ -48,7 +48,7 @@ def test_a_wide_plate_hides_all():
 
 
 def test_cut_faces_fill_the_whole_ones():
-    whole, cut = (geometry_scene(box_in_box(0.5, cuts).facets) for cuts in (1, 3))
+    whole, cut = (Scene.from_arrays(box_in_box(0.5, cuts).facets) for cuts in (1, 3))
     assert len(cut) == 9 * len(whole)
     np.testing.assert_allclose(cut.areas.reshape(12, 9).sum(axis=1), whole.areas)
     np.testing.assert_allclose(cut.normals.reshape(12, 9, 3), whole.normals[:, None].repeat(9, axis=1), atol=1e-12)

@@ -3,9 +3,10 @@
 import numpy as np
 
 from golden.cast.rays import Rays
-from golden.scene import Material, Scene
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
+from golden.scene.material import Material
+from golden.scene.scene import Scene
 
 __all__ = ["axis_rays", "closed_mesh", "random_rays", "soup"]
 

@@ -26,7 +26,7 @@ from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.job import plan_job
 from golden.engine.jobs.result_formats import HitFormat
 from golden.engine.jobs.run_job import run_job
-from golden.scene import Camera
+from golden.scene.camera import Camera
 from golden.scene.open import open_scene
 from hw.cluster import COUNTERS
 from hw.ctu.ctu_formats import GRID_GROUP

@@ -23,9 +23,9 @@ from golden.engine.jobs.run_job import JobResults, run_job
 from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.phase import schedule
-from golden.scene import Scene
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
+from golden.scene.scene import Scene
 from hw.memsys.bus.cache_policy import CachePolicy
 from hw.registers.error_code import ErrorCode
 from radiosity.flow.host import Host

@@ -23,8 +23,6 @@ def certain_shares(sides: Sides, first: np.ndarray, second: np.ndarray) -> tuple
 
     Parameters
     ----------
-    sides
-        The sides.
     first, second
         P int: the sides of each pair.
 

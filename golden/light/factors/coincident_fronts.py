@@ -18,11 +18,6 @@ class CoincidentFronts:
 
     Two one-sided patches in one plane with opposite fronts make a thin wall. Both are at the same distance from a ray's
     origin, and a caster names either. The ray meets the one whose front faces it.
-
-    Parameters
-    ----------
-    sides
-        The sides.
     """
 
     def __init__(self, sides: Sides):

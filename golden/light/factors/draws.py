@@ -13,8 +13,6 @@ def hemisphere_rays(sides: Sides, side: np.ndarray, uses: np.ndarray, number: np
 
     Parameters
     ----------
-    sides
-        The sides.
     side
         K int: the side of each ray.
     uses, number

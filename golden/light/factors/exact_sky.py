@@ -20,8 +20,6 @@ def exact_sky(sides: Sides, rows: np.ndarray, row: np.ndarray, column: np.ndarra
 
     Parameters
     ----------
-    sides
-        The sides.
     rows
         R int, increasing: their numbers.
     row, column

@@ -10,9 +10,8 @@ from scipy.sparse.linalg import LinearOperator, gmres, splu
 from golden.base.errors import InputError
 from golden.base.plural import counted
 from golden.light.factors.factor_matrix import CLOSED, FactorMatrix
-from golden.light.factors.patch_error import PatchError
 
-__all__ = ["STEFAN_BOLTZMANN", "Exchange", "net_exchange", "script_f"]
+__all__ = ["STEFAN_BOLTZMANN", "Exchange", "PatchError", "net_exchange", "script_f"]
 
 STEFAN_BOLTZMANN = 5.670374419e-8
 """W/(m2 K4)."""
@@ -57,6 +56,24 @@ class Exchange:
     def __repr__(self) -> str:
         return (f"<Exchange: {counted(len(self.flux), 'patch')}, temperatures {self.temperature.min():g} to "
                 f"{self.temperature.max():g} K, fluxes {self.flux.min():g} to {self.flux.max():g} W/m2>")
+
+
+class PatchError(InputError):
+    """A patch's values cannot be used.
+
+    Parameters
+    ----------
+    patch
+        Its number, from 0.
+    fault
+        What is wrong, without the patch.
+    parameter
+        The parameter of the value that is wrong, or None.
+    """
+
+    def __init__(self, patch: int, fault: str, *, parameter: str | None = None):
+        super().__init__(f"exchange: patch {patch}: {fault}", parameter=parameter)
+        self.patch, self.fault = patch, fault
 
 
 def net_exchange(factors: FactorMatrix, *, temperature, emissivity, flux=None,

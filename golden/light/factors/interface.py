@@ -10,8 +10,8 @@ from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.units import METRES, in_metres
 from golden.light.factors.view_factors import ViewFactors
-from golden.scene.geometry import geometry_scene
 from golden.scene.overlaps import warn_of_overlaps
+from golden.scene.scene import Scene
 
 __all__ = ["view_factors"]
 
@@ -31,8 +31,8 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     Parameters
     ----------
     geometry
-        N x 4 x 3 or N x 3 x 3 corners of facets, counter-clockwise as seen from the front, in ``unit``; a
-        `trimesh.Trimesh`; or a `golden.scene.scene.Scene`.
+        N x 4 x 3 or N x 3 x 3 corners of facets, counter-clockwise as seen from the front, in ``unit``; an object with
+        such ``triangles``, as `trimesh.Trimesh`; or a `golden.scene.scene.Scene`.
     names
         N names of surfaces. Default: one for all.
     two_sided
@@ -76,7 +76,12 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     InputWarning
         Facets overlap in one plane.
     """
-    scene = geometry_scene(geometry, names=names, two_sided=two_sided)
+    scene = geometry
+    if not isinstance(geometry, Scene):
+        scene = Scene.from_arrays(geometry, names=names, two_sided=two_sided)
+    elif names is not None or two_sided:
+        raise InputError("geometry: Names and sides must be those of the scene",
+                         parameter="two_sided" if names is None else "names")
     method = method or default_method()
     if method not in RAY_METHODS:
         raise InputError(f"view factors: Method must be {' or '.join(RAY_METHODS)}, not {method!r}",

@@ -1,13 +1,10 @@
-"""The arithmetic of pairs of patches, pair by pair when compiled.
-
-A patch is an array of 4 x 3 coordinates, or of 4 x 3 x P: the same code serves both, with the same bits.
-"""
+"""The arithmetic of pairs of patches, pair by pair."""
 
 import numpy as np
 
 from golden.base.compiled import compiled
 
-__all__ = ["candidates", "exchange", "exchange_of_far", "gauss_point", "heights", "nearness", "plane"]
+__all__ = ["candidates", "exchange_of_far"]
 
 # A corner whose distance from the other patch's plane is below this share of the pair's size counts as in the plane.
 _IN_PLANE = 1e-12
@@ -52,7 +49,56 @@ def candidates(rows, centre, normal, radius, area, limit, all_pairs):
 
 
 @compiled
-def plane(patch):
+def exchange_of_far(first, second, limits, begin, rules, total, kind, over):
+    """Exchange areas of far pairs by Gauss points on both patches.
+
+    Parameters
+    ----------
+    first, second
+        P x 4 x 3 vertices.
+    limits, begin, rules
+        For each rule the largest sum of the radii over the distance of the centres; its first entry, and the end of
+        all; entries of u, v and weight.
+    total, kind, over
+        Written: P float64; P int8, 0 if the exchange area is final, 1 if both patches are wholly in front of each
+        other, but near, 2 if either crosses the other's plane; 2 x P x 4 heights of both over each other's plane.
+    """
+    points = np.empty((len(rules), 6))
+    for pair in range(len(first)):
+        patch, other = first[pair], second[pair]
+        own, across = _plane(patch), _plane(other)
+        low, high = _write_heights(patch, own, across, over[0, pair])
+        others_low, others_high = _write_heights(other, across, own, over[1, pair])
+        total[pair], kind[pair] = 0.0, 0
+        if high <= 0 or others_high <= 0:
+            continue
+        if low < 0 or others_low < 0:
+            kind[pair] = 2
+            continue
+        ratio = _nearness(patch, other)
+        rule = 0
+        while rule < len(limits) and ratio > limits[rule]:
+            rule += 1
+        if rule == len(limits):
+            kind[pair] = 1
+            continue
+        for q in range(begin[rule], begin[rule + 1]):
+            points[q, 0], points[q, 1], points[q, 2], points[q, 3], points[q, 4], points[q, 5] = _gauss_point(
+                other, rules[q, 0], rules[q, 1], rules[q, 2])
+        whole = 0.0
+        for q in range(begin[rule], begin[rule + 1]):
+            x, y, z, ax, ay, az = _gauss_point(patch, rules[q, 0], rules[q, 1], rules[q, 2])
+            for r in range(begin[rule], begin[rule + 1]):
+                dx, dy, dz = points[r, 0] - x, points[r, 1] - y, points[r, 2] - z
+                square = dx * dx + dy * dy + dz * dz
+                # Of two small areas: cos cos / (pi r^2) of both.
+                whole += (dx * ax + dy * ay + dz * az) * -(
+                    dx * points[r, 3] + dy * points[r, 4] + dz * points[r, 5]) / (np.pi * square * square)
+        total[pair] = whole
+
+
+@compiled
+def _plane(patch):
     """X, y and z of a point of a patch's plane, of the normal, and how far from the plane a corner counts as in it.
 
     A quad whose coordinates were rounded is bent: its corners are above and below the plane by turns. What is no
@@ -64,44 +110,40 @@ def plane(patch):
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
     nx, ny, nz = nx / length, ny / length, nz / length
-    edge = np.maximum(np.maximum(_max_norm(patch, 1, patch[0, 0], patch[0, 1], patch[0, 2]),
-                                 _max_norm(patch, 2, patch[0, 0], patch[0, 1], patch[0, 2])),
-                      _max_norm(patch, 3, patch[0, 0], patch[0, 1], patch[0, 2]))
+    edge = _max_norm(patch, patch[0, 0], patch[0, 1], patch[0, 2])
     # The normal is across both diagonals: all four corners are as far away.
-    bend = np.abs((patch[0, 0] - x) * nx + (patch[0, 1] - y) * ny + (patch[0, 2] - z) * nz)
+    bend = abs((patch[0, 0] - x) * nx + (patch[0, 1] - y) * ny + (patch[0, 2] - z) * nz)
     return x, y, z, nx, ny, nz, _IN_PLANE * edge + bend
 
 
 @compiled
-def heights(patch, own, other):
-    """Distances of a patch's corners from another one's plane, 0 of those that count as in it.
+def _write_heights(patch, own, other, heights):
+    """Write the distances of a patch's corners from the plane of another one, 0 of those that count as in it.
 
-    Parameters
-    ----------
-    patch
-        The corners.
-    own, other
-        The `plane` of the patch and that of the other one.
+    Returns the least and the greatest of them.
     """
     x, y, z, nx, ny, nz, least = other
-    extent = np.maximum(np.maximum(_max_norm(patch, 0, x, y, z), _max_norm(patch, 1, x, y, z)),
-                        np.maximum(_max_norm(patch, 2, x, y, z), _max_norm(patch, 3, x, y, z)))
-    least = _IN_PLANE * extent + own[6] + least
-    return (_over(patch, 0, x, y, z, nx, ny, nz, least), _over(patch, 1, x, y, z, nx, ny, nz, least),
-            _over(patch, 2, x, y, z, nx, ny, nz, least), _over(patch, 3, x, y, z, nx, ny, nz, least))
+    least = _IN_PLANE * _max_norm(patch, x, y, z) + own[6] + least
+    low, high = np.inf, -np.inf
+    for corner in range(4):
+        height = (patch[corner, 0] - x) * nx + (patch[corner, 1] - y) * ny + (patch[corner, 2] - z) * nz
+        height *= abs(height) > least
+        heights[corner] = height
+        low, high = min(low, height), max(high, height)
+    return low, high
 
 
 @compiled
-def nearness(first, second):
+def _nearness(first, second):
     """Sum of the radii over the distance of the centres."""
     (x, y, z), (cx, cy, cz) = _middle(first), _middle(second)
     dx, dy, dz = x - cx, y - cy, z - cz
-    return (_radius(first, x, y, z) + _radius(second, cx, cy, cz)) / np.maximum(
+    return (_radius(first, x, y, z) + _radius(second, cx, cy, cz)) / max(
         np.sqrt(dx * dx + dy * dy + dz * dz), 1e-300)
 
 
 @compiled
-def gauss_point(patch, u, v, weight):
+def _gauss_point(patch, u, v, weight):
     """A point of a patch and the vector of the area around it."""
     a, b, c, d = (1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v
     ux, uy, uz = _along_u(patch, 0, v), _along_u(patch, 1, v), _along_u(patch, 2, v)
@@ -113,62 +155,6 @@ def gauss_point(patch, u, v, weight):
 
 
 @compiled
-def exchange(x, y, z, ax, ay, az, px, py, pz, bx, by, bz):
-    """Exchange area of two small areas, positions first: cos cos / (pi r^2) of both."""
-    dx, dy, dz = px - x, py - y, pz - z
-    square = dx * dx + dy * dy + dz * dz
-    return (dx * ax + dy * ay + dz * az) * -(dx * bx + dy * by + dz * bz) / (np.pi * square * square)
-
-
-@compiled
-def exchange_of_far(first, second, limits, begin, rules, total, kind, over):
-    """Exchange areas of far pairs by Gauss points on both patches.
-
-    Parameters
-    ----------
-    first, second
-        P x 4 x 3 vertices.
-    limits, begin, rules
-        For each rule the largest `nearness`; its first entry, and the end of all; entries of u, v and weight, see
-        `gauss_point`.
-    total, kind, over
-        Written: P float64; P int8, 0 if the exchange area is final, 1 if both patches are wholly in front of each
-        other, but near, 2 if either crosses the other's plane; 2 x P x 4 `heights` of both over each other's plane.
-    """
-    points = np.empty((len(rules), 6))
-    for pair in range(len(first)):
-        patch, other = first[pair], second[pair]
-        own, across = plane(patch), plane(other)
-        h0, h1, h2, h3 = heights(patch, own, across)
-        g0, g1, g2, g3 = heights(other, across, own)
-        over[0, pair, 0], over[0, pair, 1], over[0, pair, 2], over[0, pair, 3] = h0, h1, h2, h3
-        over[1, pair, 0], over[1, pair, 1], over[1, pair, 2], over[1, pair, 3] = g0, g1, g2, g3
-        total[pair], kind[pair] = 0.0, 0
-        if max(h0, h1, h2, h3) <= 0 or max(g0, g1, g2, g3) <= 0:
-            continue
-        if min(h0, h1, h2, h3) < 0 or min(g0, g1, g2, g3) < 0:
-            kind[pair] = 2
-            continue
-        ratio = nearness(patch, other)
-        rule = 0
-        while rule < len(limits) and ratio > limits[rule]:
-            rule += 1
-        if rule == len(limits):
-            kind[pair] = 1
-            continue
-        for q in range(begin[rule], begin[rule + 1]):
-            points[q, 0], points[q, 1], points[q, 2], points[q, 3], points[q, 4], points[q, 5] = gauss_point(
-                other, rules[q, 0], rules[q, 1], rules[q, 2])
-        whole = 0.0
-        for q in range(begin[rule], begin[rule + 1]):
-            x, y, z, ax, ay, az = gauss_point(patch, rules[q, 0], rules[q, 1], rules[q, 2])
-            for r in range(begin[rule], begin[rule + 1]):
-                whole += exchange(x, y, z, ax, ay, az, points[r, 0], points[r, 1], points[r, 2], points[r, 3],
-                                  points[r, 4], points[r, 5])
-        total[pair] = whole
-
-
-@compiled
 def _middle(patch):
     """The mean of the four corners."""
     return ((patch[0, 0] + patch[1, 0] + patch[2, 0] + patch[3, 0]) / 4,
@@ -177,31 +163,22 @@ def _middle(patch):
 
 
 @compiled
-def _max_norm(patch, corner, x, y, z):
-    """Maximum norm of the vector from a point to a corner."""
-    return np.maximum(np.maximum(np.abs(patch[corner, 0] - x), np.abs(patch[corner, 1] - y)),
-                      np.abs(patch[corner, 2] - z))
-
-
-@compiled
-def _over(patch, corner, x, y, z, nx, ny, nz, least):
-    """A corner's height over a plane, 0 if its magnitude is at most ``least``."""
-    height = (patch[corner, 0] - x) * nx + (patch[corner, 1] - y) * ny + (patch[corner, 2] - z) * nz
-    return height * (np.abs(height) > least)
+def _max_norm(patch, x, y, z):
+    """Largest maximum norm of the vectors from a point to the corners."""
+    largest = 0.0
+    for corner in range(4):
+        largest = max(largest, abs(patch[corner, 0] - x), abs(patch[corner, 1] - y), abs(patch[corner, 2] - z))
+    return largest
 
 
 @compiled
 def _radius(patch, x, y, z):
     """The distance of the farthest corner from a point."""
-    return np.sqrt(np.maximum(np.maximum(_square_distance(patch, 0, x, y, z), _square_distance(patch, 1, x, y, z)),
-                              np.maximum(_square_distance(patch, 2, x, y, z), _square_distance(patch, 3, x, y, z))))
-
-
-@compiled
-def _square_distance(patch, corner, x, y, z):
-    """Square of the distance of a corner from a point."""
-    dx, dy, dz = patch[corner, 0] - x, patch[corner, 1] - y, patch[corner, 2] - z
-    return dx * dx + dy * dy + dz * dz
+    largest = 0.0
+    for corner in range(4):
+        dx, dy, dz = patch[corner, 0] - x, patch[corner, 1] - y, patch[corner, 2] - z
+        largest = max(largest, dx * dx + dy * dy + dz * dz)
+    return np.sqrt(largest)
 
 
 @compiled

@@ -7,6 +7,7 @@ is an array of 4 x 3 coordinates, or of 4 x 3 x K.
 import numpy as np
 
 from golden.base.compiled import compiled
+from golden.light.sampling import scrambled
 
 __all__ = ["REPLICATES", "cosine_direction", "depart", "join_by_direction", "join_by_points", "point_on", "ray",
            "segment_by_direction", "segment_by_points", "sequence", "weighted_point_on"]
@@ -35,8 +36,8 @@ def _sobol_table():
 _SOBOL = _sobol_table()
 
 # Of the splitmix64 generator, as in `golden.light.sampling`, and what it adds for the four numbers of a use.
-_WEYL, _FIRST, _SECOND = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
-_30, _27, _31, _11, _ONE = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11), np.uint64(1)
+_scramble = compiled(scrambled)
+_WEYL, _11, _ONE = np.uint64(0x9E3779B97F4A7C15), np.uint64(11), np.uint64(1)
 _DIMENSION_0, _DIMENSION_1, _DIMENSION_2, _DIMENSION_3 = np.arange(1, 5, dtype=np.uint64) * _WEYL
 
 
@@ -161,14 +162,6 @@ def join_by_points(use, number, first, second, vertices, triangle, origin, targe
         a, b = first[k], second[k]
         (origin[k, 0], origin[k, 1], origin[k, 2], target[k, 0], target[k, 1], target[k, 2], weight[k]) = \
             segment_by_points(use[k], number[k], vertices[a], triangle[a], vertices[b], triangle[b])
-
-
-@compiled
-def _scramble(state):
-    """As in `golden.light.sampling`."""
-    state = (state ^ (state >> _30)) * _FIRST
-    state = (state ^ (state >> _27)) * _SECOND
-    return state ^ (state >> _31)
 
 
 @compiled

@@ -4,7 +4,6 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
-from golden.base.errors import InputError
 from golden.light.factors.entry_pairs import entry_pairs
 from golden.light.factors.join import Estimate
 
@@ -50,18 +49,9 @@ def project(estimate: Estimate, *, area: np.ndarray,
     View factors, N x N csr_array with the estimate's pattern, and the shares that leave the scene and that meet a black
     back, N float64 each. A row that no change within the errors closes keeps a row sum other than 1.
 
-    Raises
-    ------
-    InputError
-        Not one area for each row.
-
     Source: R. P. Taylor and R. Luck, Comparison of reciprocity and closure enforcement methods for radiation view
     factors (1995), for least squares without bounds.
     """
-    area = np.asarray(area, dtype=np.float64)
-    if area.shape != estimate.sky.shape:
-        raise InputError(f"projection: Area must have one entry for each of {len(estimate.sky)} rows, "
-                         f"not shape {area.shape!r}")
     problem = _Problem(estimate, area, np.zeros(len(area), dtype=bool) if ignored is None else ignored)
     exchange, outside = problem.solve()
     count, indices, indptr = len(area), estimate.F.indices, estimate.F.indptr

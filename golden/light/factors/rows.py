@@ -57,8 +57,6 @@ class FactorRows:
 
     Parameters
     ----------
-    scene
-        The patches.
     caster
         A caster with ``nearest_patches`` and ``occluded``, such as `golden.cast.grid.Grid`.
     error
@@ -241,9 +239,9 @@ class FactorRows:
             large = np.flatnonzero(factor > limit)
             found.append((row[large], column[large], factor[large]))
         row, column, factor = (np.concatenate(part) for part in zip(*found, strict=True))
-        shares = visible_shares(sides, self._caster, row, column, factor, limit=limit,
-                                seed=int(mix(self._seed, _SEGMENTS)))
-        return {"row": row, "column": column, "factor": factor * shares.share, "error": factor * shares.error}
+        share, error = visible_shares(sides, self._caster, row, column, factor, limit=limit,
+                                      seed=int(mix(self._seed, _SEGMENTS)))
+        return {"row": row, "column": column, "factor": factor * share, "error": factor * error}
 
     def _candidates(self, rows, limit, all_pairs):
         """The pairs of rows and columns that these rows measure and whose factor may exceed the limit."""

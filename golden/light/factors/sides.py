@@ -11,11 +11,6 @@ __all__ = ["Sides"]
 class Sides:
     """The fronts of a scene's patches, then the backs of its two-sided ones: N in all.
 
-    Parameters
-    ----------
-    scene
-        The patches.
-
     Members
     -------
     scene

@@ -1,7 +1,5 @@
 """The visible share of pairs of patches, by segments between them."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from golden.cast.casters import CastsRays
@@ -13,7 +11,7 @@ from golden.light.factors.replicate_shares import replicate_shares
 from golden.light.factors.sides import Sides
 from golden.light.sampling import mix
 
-__all__ = ["VisibleShares", "visible_shares"]
+__all__ = ["visible_shares"]
 
 # Pairs whose radii sum to more than this share of their distance, and whose factor is above this, are joined by
 # directions, unless the kernel is even: a gap of this share of the smaller radius separates them, and so many trial
@@ -28,29 +26,9 @@ _BLOCK = 1 << 18
 _FIRST, _MOST = 16, 1 << 22
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class VisibleShares:
-    """Visible shares of P pairs, each weighted by cos cos / r^2.
-
-    Parameters
-    ----------
-    share, error
-        P float64: the share of the light between both, if nothing were in between, that passes; its standard error.
-    exact
-        P bool: geometry decided it, so the error is 0.
-    segments
-        P int64: segments cast.
-    """
-
-    share: np.ndarray
-    error: np.ndarray
-    exact: np.ndarray
-    segments: np.ndarray
-
-
 def visible_shares(sides: Sides, caster: CastsRays, first: np.ndarray, second: np.ndarray, factor: np.ndarray, *,
-                   limit: float, seed: int) -> VisibleShares:
-    """Visible shares such that each factor's standard error is at most ``limit``.
+                   limit: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Shares of the light between pairs, if nothing were in between, that pass; weighted by cos cos / r^2.
 
     A pair first gets as many segments as it needs if all of them agree. If they do, and many more are needed,
     geometry decides if it can; all others get more segments until the estimate is good enough, or there are 2^22. Then
@@ -68,6 +46,10 @@ def visible_shares(sides: Sides, caster: CastsRays, first: np.ndarray, second: n
         Largest standard error of factor times share, as far as 2^22 segments reach it.
     seed
         Of the segments; those of a pair do not depend on other pairs.
+
+    Returns
+    -------
+    P float64 each: the shares and their standard errors, 0 where geometry decided.
     """
     sampling = _Sampling(sides, caster, first, second, factor, seed)
     exact, again = np.zeros((2, len(first)), dtype=bool)
@@ -93,8 +75,7 @@ def visible_shares(sides: Sides, caster: CastsRays, first: np.ndarray, second: n
         again[rows] = True
     again &= (share > 0) & (share < 1)
     error[again] = np.maximum(error[again], np.nextafter(limit / factor[again], 0))
-    return VisibleShares(share=np.where(exact, certain, share), error=np.where(exact, 0.0, error), exact=exact,
-                         segments=sampling.segments)
+    return np.where(exact, certain, share), np.where(exact, 0.0, error)
 
 
 class _Sampling:
@@ -116,7 +97,6 @@ class _Sampling:
         self._squares = np.zeros(len(first))
         self._drawn = np.zeros(len(first), dtype=np.int64)
         self.count = np.zeros(len(first))
-        self.segments = np.zeros(len(first), dtype=np.int64)
 
     def extend(self, rows, count):
         """Draw for the pairs ``rows`` until they have about ``count`` segments."""
@@ -178,4 +158,3 @@ class _Sampling:
         for sums, values in ((self._all[own], weight), (self._seen[own], weight * seen)):
             sums += np.bincount(slot, values, sums.size).reshape(sums.shape)
         self._squares[own] += np.bincount(pair, weight**2)
-        self.segments[own] += np.bincount(pair)

@@ -46,5 +46,6 @@ def sensor_light(scene: Scene, sensors: Sensors, indirect: IndirectLight, caster
     direct = DirectLight(scene, caster, tally, light_samples, frusta=shadow_caster(frusta),
                          rays=light_samples * len(points))
     nearby = FinalGather(scene, indirect, caster, tally, len(hemisphere) // LESS, shadow_caster(frusta), reach=NEARBY)
+    around = indirect.rows.cast(points.position, points.normal, points.sources(scene), hemisphere)
     return (direct.irradiance(points, mix(seed, 7, number)) + nearby.correction(points, mix(seed, 8, number))
-            + indirect.at_points(points.position, points.normal, points.sources(scene), hemisphere))
+            + around.gathered(indirect.display))

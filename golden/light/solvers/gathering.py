@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 from scipy import sparse
 
-from golden.base.errors import InputError
 from golden.light.solvers.iteration import TOLERANCE, Solution, State, iterate
 from golden.light.solvers.system import RadiositySystem
 
@@ -45,15 +44,8 @@ def over_relaxation(system: RadiositySystem, *, omega: float = 1.2, tolerance: f
     omega
         Above 0 and below 2; radiosity gains from about 1.2.
 
-    Raises
-    ------
-    InputError
-        Omega out of range.
-
     Source: Shen 1993, Eq. 2.13.
     """
-    if not 0 < omega < 2:
-        raise InputError(f"solver: Omega must be above 0 and below 2, not {omega!r}")
     return iterate(relaxed_sweeps(system, omega, system.emission.copy()), tolerance=tolerance, max_steps=max_steps,
                    progress=progress)
 

@@ -6,7 +6,6 @@ from itertools import islice
 
 import numpy as np
 
-from golden.base.errors import InputError
 from golden.base.progress_bar import progress_bar
 
 __all__ = ["TOLERANCE", "Solution", "State", "iterate"]
@@ -77,21 +76,12 @@ def iterate(states: Iterator[State], *, tolerance: float, max_steps: int, progre
     states
         The solver's states.
     tolerance, max_steps
-        When it ends.
+        Above 0, and at least 1.
     progress
         Shows a progress bar after two seconds.
     error
         Function from a state to the errors of the three channels.
-
-    Raises
-    ------
-    InputError
-        The tolerance is not a finite number above 0, or there are no steps.
     """
-    if not (np.isfinite(tolerance) and tolerance > 0):
-        raise InputError(f"solver: Tolerance must be a finite number above 0, not {tolerance!r}")
-    if not max_steps >= 1:
-        raise InputError(f"solver: Steps must be at least 1, not {max_steps!r}")
     errors = []
     with progress_bar(desc="radiosity", unit="step", delay=2, disable=not progress) as bar:
         for state in islice(states, max_steps):

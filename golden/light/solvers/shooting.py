@@ -8,7 +8,6 @@ from itertools import count
 
 import numpy as np
 
-from golden.base.errors import InputError
 from golden.light.solvers.iteration import TOLERANCE, Solution, State, iterate
 from golden.light.solvers.system import RadiositySystem
 
@@ -48,16 +47,6 @@ def proximity_refinement(system: RadiositySystem, *, group: int = 8, tolerance: 
 
     They see nearly the same half-space, so their castings share the scene data.
 
-    Parameters
-    ----------
-    group
-        Patches in a step, at least 1.
-
-    Raises
-    ------
-    InputError
-        The system has no centres or normals, or a group is less than 1.
-
     Source: Shen 1993, section 2.5.
     """
     return _refine(system, shots(system, group=group), tolerance=tolerance, max_steps=max_steps, progress=progress)
@@ -74,17 +63,25 @@ def shots(system: RadiositySystem, *, group: int = 1, overshoot: float = 0.0) ->
         Patches that shoot in a step, at most: the brightest one, and those near it with similar normals.
     overshoot
         Share of a patch's expected gain from the ambient light that it shoots too.
-
-    Raises
-    ------
-    InputError
-        The system has no centres or normals, or a group is less than 1.
     """
-    if not group >= 1:
-        raise InputError(f"solver: Group must be at least 1, not {group!r}")
-    if group > 1 and (system.centre is None or system.normal is None):
-        raise InputError("solver: Centre and normal must be given for proximity")
-    return _shots(system, group, overshoot)
+    energy, shares = _Energy(system), system.area / system.area.sum()
+    # Some light is absorbed even where all patches are white: the series is cut at a hundred reflections.
+    reflections = 1.0 / np.maximum(1.0 - shares @ system.reflectance, 0.01)
+    shot, unshot = np.zeros_like(system.emission), system.emission.copy()
+    before = np.inf
+    for step in count():
+        ambient = system.reflectance * np.maximum(reflections * (shares @ unshot), 0.0)
+        yield State(shot + unshot, unshot, ambient)
+        if overshoot and step % len(system) == 0:
+            # Overshooting may cycle: then it is damped to plain shooting.
+            left = energy(unshot).sum()
+            overshoot, before = overshoot if left < before else overshoot / 2, left
+        amounts = unshot + overshoot * ambient
+        patches = energy.brightest(amounts, group)
+        amounts = amounts[patches]
+        shot[patches] += amounts
+        unshot[patches] -= amounts
+        unshot += system.reflectance * (system.columns(patches) @ amounts)
 
 
 class _Energy:
@@ -113,24 +110,3 @@ class _Energy:
 def _refine(system, states, *, tolerance, max_steps, progress) -> Solution:
     return iterate(states, tolerance=tolerance, max_steps=_SHOTS * len(system) if max_steps is None else max_steps,
                    progress=progress)
-
-
-def _shots(system, group, overshoot):
-    energy, shares = _Energy(system), system.area / system.area.sum()
-    # Some light is absorbed even where all patches are white: the series is cut at a hundred reflections.
-    reflections = 1.0 / np.maximum(1.0 - shares @ system.reflectance, 0.01)
-    shot, unshot = np.zeros_like(system.emission), system.emission.copy()
-    before = np.inf
-    for step in count():
-        ambient = system.reflectance * np.maximum(reflections * (shares @ unshot), 0.0)
-        yield State(shot + unshot, unshot, ambient)
-        if overshoot and step % len(system) == 0:
-            # Overshooting may cycle: then it is damped to plain shooting.
-            left = energy(unshot).sum()
-            overshoot, before = overshoot if left < before else overshoot / 2, left
-        amounts = unshot + overshoot * ambient
-        patches = energy.brightest(amounts, group)
-        amounts = amounts[patches]
-        shot[patches] += amounts
-        unshot[patches] -= amounts
-        unshot += system.reflectance * (system.columns(patches) @ amounts)

@@ -16,8 +16,8 @@ class RadiositySystem:
     Parameters
     ----------
     form_factors
-        N x N from row to column, an array or sparse. Or an object with ``rows(ids)``, which returns k x N rows on
-        demand: shooting solvers request the rows of the patches that shoot, gathering solvers all rows.
+        N x N from row to column, an array or sparse. For shooting solvers also a function from k patches to their
+        k x N sparse rows, which casts them on demand.
     reflectance
         N x 3, 0 to 1.
     emission
@@ -26,6 +26,11 @@ class RadiositySystem:
         N, above 0.
     centre, normal
         N x 3 each, for solvers that search for neighbours; optional for all others.
+
+    Members
+    -------
+    matrix
+        The form factors, dense or sparse by rows; None if rows are cast on demand.
 
     Raises
     ------
@@ -47,28 +52,16 @@ class RadiositySystem:
                              f"to {self.reflectance.max()}")
         if not (self.emission >= 0).all():
             raise InputError(f"radiosity: Emission must be at least 0, not {self.emission.min()}")
-        self._provider = form_factors if hasattr(form_factors, "rows") else None
-        self._matrix = None if self._provider else _matrix(form_factors, count)
+        self._rows = form_factors if callable(form_factors) else None
+        self.matrix = None if self._rows else _matrix(form_factors, count)
         self._by_column = None
-        self._known = {}
 
     def __len__(self) -> int:
         return len(self.area)
 
-    @property
-    def matrix(self):
-        """N x N form factors, dense or sparse by rows; rows on demand are all computed."""
-        if self._matrix is None:
-            self._matrix = _matrix(self._provider.rows(np.arange(len(self))), len(self))
-        return self._matrix
-
-    def gathered(self, radiosity) -> np.ndarray:
-        """Light that each patch reflects, rho F b: N x 3."""
-        return self.reflectance * (self.matrix @ radiosity)
-
     def residual(self, radiosity) -> np.ndarray:
         """Residual of ``radiosity``, e + rho F b - b: N x 3."""
-        return self.emission + self.gathered(radiosity) - radiosity
+        return self.emission + self.reflectance * (self.matrix @ radiosity) - radiosity
 
     def columns(self, patches) -> np.ndarray:
         """Share of k patches' light that reaches each patch, F_ji for k patches i: N x k.
@@ -76,25 +69,12 @@ class RadiositySystem:
         Of a stored matrix they are columns, so shooting and gathering solve the same system. On demand only the row of
         i is known; reciprocity replaces the column by F_ij A_i / A_j, exact as far as the rows obey it.
         """
-        if self._matrix is None:
-            return self._columns_on_demand(patches)
+        if self._rows:
+            return np.ascontiguousarray(self._rows(patches).toarray().T) * self.area[patches] / self.area[:, None]
         if self._by_column is None:
-            self._by_column = self._matrix.tocsc() if sparse.issparse(self._matrix) else np.asfortranarray(self._matrix)
+            self._by_column = self.matrix.tocsc() if sparse.issparse(self.matrix) else np.asfortranarray(self.matrix)
         columns = self._by_column[:, patches]
         return columns.toarray() if sparse.issparse(columns) else columns
-
-    @property
-    def rows_cast(self) -> int:
-        """Rows on demand that are known: those of the patches that have shot."""
-        return len(self._known)
-
-    def _columns_on_demand(self, patches):
-        missing = np.array([patch for patch in patches.tolist() if patch not in self._known], dtype=np.int64)
-        if len(missing):
-            rows = sparse.csr_array(self._provider.rows(missing))
-            self._known.update((patch, rows[[place]]) for place, patch in enumerate(missing.tolist()))
-        rows = np.stack([self._known[patch].toarray()[0] for patch in patches.tolist()], axis=1)
-        return rows * self.area[patches] / self.area[:, None]
 
 
 def _array(name, value, shape):

@@ -56,8 +56,8 @@ def balls(size: int) -> Scene:
         for *center, radius in generation:
             builder.add(sphere(center, radius, segments=segments), glossy, smooth=True)
     floor = square((0, 0, -0.5), 5, cuts=8)
-    builder.add(floor, Material(name="floor", diffuse=(0.75, 0.6, 0.35)), surface=np.zeros(len(floor)))
+    builder.add(floor, Material(name="floor", diffuse=(0.75, 0.6, 0.35)), surface=0)
     lamp = square((0.8, -1.4, 3.2), 1.6, facing=(-0.8, 1.4, -3.2), cuts=2)
-    builder.add(lamp, Material(name="lamp", emission=(13.0, 12.5, 11.5)), surface=np.zeros(len(lamp)))
+    builder.add(lamp, Material(name="lamp", emission=(13.0, 12.5, 11.5)), surface=0)
     return builder.build(camera=Camera(eye=(2.1, 1.3, 1.7), target=(0, 0, 0), fov=38),
                          background=(0.25, 0.42, 0.7))

@@ -34,7 +34,7 @@ def cornell() -> Scene:
     """
     builder = SceneBuilder("cornell")
     builder.add(FLOOR, WHITE)
-    builder.add(loft([CEILING, LAMP]), WHITE, surface=np.zeros(4))
+    builder.add(loft([CEILING, LAMP]), WHITE, surface=0)
     builder.add(LAMP, LIGHT)
     builder.add([[FLOOR[3], FLOOR[2], CEILING[2], CEILING[1]]], WHITE)
     builder.add([[FLOOR[2], FLOOR[1], CEILING[3], CEILING[2]]], GREEN)

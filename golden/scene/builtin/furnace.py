@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from golden.base.errors import InputError, check_choice
 from golden.scene.builder import SceneBuilder
-from golden.scene.builtin.shapes import FACES, box
+from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
 from golden.scene.material import Material
 from golden.scene.scene import Scene
@@ -12,34 +11,15 @@ from golden.scene.scene import Scene
 __all__ = ["furnace"]
 
 
-def furnace(size: int = 8, *, diffuse: float = 0.5, emission: float = 1.0, emitter: str | None = None) -> Scene:
+def furnace(size: int) -> Scene:
     """The unit cube seen from inside, ``size`` x ``size`` patches a face; neighbours share their vertices, edges too.
 
-    Parameters
-    ----------
-    size
-        Patches along an edge.
-    diffuse
-        Reflectance of every face, but of a black emitter.
-    emission
-        Radiance that every face sends out by itself: then all of them shine with ``emission / (1 - diffuse)``.
-    emitter
-        The one face that emits, which is then black: one of ``"-x"`` to ``"+z"`` (``"+z"`` is the ceiling).
-
-    Raises
-    ------
-    InputError
-        An argument is out of range.
+    Every face sends out a radiance of 1 by itself and reflects half of the light, so all of them shine with 2.
     """
-    if size < 1:
-        raise InputError(f"furnace: Size must be at least 1, not {size!r}")
-    if emitter is not None:
-        check_choice("furnace: Emitter", emitter, FACES)
-    wall = Material(name="wall", diffuse=(diffuse,) * 3, emission=(emission if emitter is None else 0.0,) * 3)
-    light = Material(name="emitter", emission=(emission,) * 3)
     builder = SceneBuilder("furnace")
-    for face, quad in zip(FACES, box((0, 0, 0), (1, 1, 1)), strict=True):
-        builder.add(_grid(quad[::-1], size), light if face == emitter else wall, surface=np.zeros(size * size))
+    wall = Material(name="wall", diffuse=(0.5,) * 3, emission=(1.0,) * 3)
+    for quad in box((0, 0, 0), (1, 1, 1)):
+        builder.add(_grid(quad[::-1], size), wall, surface=0)
     return builder.build(camera=Camera(eye=(0.1, 0.2, 0.5), target=(0.9, 0.7, 0.45), fov=70.0))
 
 

@@ -92,7 +92,7 @@ def computer(builder: SceneBuilder, **pose) -> None:
     keys = box((-0.22, 0.2, 0.0), (0.22, 0.37, 0.03), omit=("-z",))
     case = np.concatenate([screen[[0, 1, 2, 4, 5]], foot, keys])
     builder.add(placed(case, **pose), CASE)
-    builder.add(placed(frame, **pose), CASE, surface=np.zeros(4))
+    builder.add(placed(frame, **pose), CASE, surface=0)
     builder.add(placed(inset, **pose), DISPLAY)
 
 
@@ -108,7 +108,7 @@ def plant(builder: SceneBuilder, *, leaves: int, size: float, seed: int, at) -> 
     pot = revolution([(0.14, 0.0), (0.2, 0.34), (0.18, 0.34), (0.17, 0.28)], segments=8)
     builder.add(placed(pot, at=at), CLAY, smooth=True)
     rim = pot[-8:, 3]
-    builder.add(placed(rim[[[0, 1, 2, 3], [0, 3, 4, 7], [4, 5, 6, 7]]], at=at), EARTH, surface=np.zeros(3))
+    builder.add(placed(rim[[[0, 1, 2, 3], [0, 3, 4, 7], [4, 5, 6, 7]]], at=at), EARTH, surface=0)
     random = np.random.default_rng(seed)
     for turn, lean, long in zip(np.arange(leaves) * 137.5, np.linspace(0.1, 0.7, leaves),
                                 random.uniform(0.75, 1.0, leaves) * (size - 0.3), strict=True):

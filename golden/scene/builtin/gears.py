@@ -84,9 +84,8 @@ def gears(size: int) -> Scene:
         patches, surface = _gear(center, radius, turn, thickness)
         builder.add(patches, material, surface=surface)
     ground = square((0, 0, 0), 3.4, cuts=8)
-    builder.add(ground, Material(name="ground", diffuse=(0.4, 0.35, 0.28), specular=(0.35, 0.35, 0.35)),
-                surface=np.zeros(len(ground)))
+    builder.add(ground, Material(name="ground", diffuse=(0.4, 0.35, 0.28), specular=(0.35, 0.35, 0.35)), surface=0)
     lamp = square((-1.4, 0.5, 3.6), 1.5, facing=(1.4, -0.5, -3.1), cuts=2)
-    builder.add(lamp, Material(name="lamp", emission=(15.0, 14.5, 13.7)), surface=np.zeros(len(lamp)))
+    builder.add(lamp, Material(name="lamp", emission=(15.0, 14.5, 13.7)), surface=0)
     return builder.build(camera=Camera(eye=(-1.2, -2.5, 2.9), target=(0, 0, 0.4), fov=43),
                          background=(0.25, 0.42, 0.7))

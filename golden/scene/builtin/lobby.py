@@ -73,7 +73,7 @@ def _shell(builder: SceneBuilder) -> None:
 
 def _panelled(builder: SceneBuilder, patches: np.ndarray, around: Material, panel: Material) -> None:
     """Adds what `framed` made: the frame is one surface, the sides of the recess and the panel are their own."""
-    builder.add(patches[:4], around, surface=np.zeros(4))
+    builder.add(patches[:4], around, surface=0)
     # Dark sides do not glare beside their own light.
     builder.add(patches[4:-1], DARK_WOOD)
     builder.add(patches[-1], panel)

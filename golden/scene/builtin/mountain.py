@@ -19,9 +19,9 @@ BALL = 0.17
 SEGMENTS = 24
 
 
-def _heights(levels: int, seed: int) -> np.ndarray:
+def _heights(levels: int) -> np.ndarray:
     """Heights over a square of ``2**levels`` cells by L. Carpenter's midpoint displacement; the border stays at 0."""
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(SEED)
     roughness = np.sqrt(4 ** (1 - 1 / (DIMENSION - 1)) - 1)
     heights = np.zeros((2, 2))
     for level in range(levels):
@@ -40,9 +40,9 @@ def _heights(levels: int, seed: int) -> np.ndarray:
     return heights
 
 
-def terrain(levels: int, seed: int = SEED) -> np.ndarray:
+def terrain(levels: int) -> np.ndarray:
     """``2 * 4**levels`` x 3 x 3 triangles over the square from (-1, -1) to (1, 1), the front above."""
-    heights = _heights(levels, seed)
+    heights = _heights(levels)
     steps = np.linspace(-1, 1, len(heights))
     points = np.stack((*np.meshgrid(steps, steps, indexing="ij"), heights), axis=2)
     a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
@@ -57,18 +57,18 @@ def crystal(center) -> np.ndarray:
     return np.column_stack((center + BALL * upright, np.full(4, 0.995 * BALL)))
 
 
-def mountain(size: int, seed: int = SEED) -> Scene:
+def mountain(size: int) -> Scene:
     """Terrain of ``size`` levels in the sea, four glass balls in the air before it."""
     builder = SceneBuilder("mountain")
     rock = Material(name="rock", diffuse=(0.5, 0.44, 0.34))
-    builder.add(as_patches(terrain(size, seed)), rock, smooth=False)
+    builder.add(as_patches(terrain(size)), rock, smooth=False)
     glass = Material(name="glass", specular=(0.08, 0.08, 0.08), transparent=(0.9, 0.9, 0.9), refraction_index=1.5)
     for *center, radius in crystal((-1.05, -0.5, 0.72)):
         builder.add(sphere(center, radius, segments=SEGMENTS), glass, smooth=True)
     sea = square((0, 0, 0.02), 3.6, cuts=8)
     water = Material(name="water", diffuse=(0.03, 0.1, 0.14), specular=(0.25, 0.28, 0.3))
-    builder.add(sea, water, surface=np.zeros(len(sea)))
+    builder.add(sea, water, surface=0)
     lamp = square((1.4, -1.6, 3.2), 1.2, facing=(-1.4, 1.6, -3.2), cuts=2)
-    builder.add(lamp, Material(name="lamp", emission=(42.0, 39.0, 34.0)), surface=np.zeros(len(lamp)))
+    builder.add(lamp, Material(name="lamp", emission=(42.0, 39.0, 34.0)), surface=0)
     return builder.build(camera=Camera(eye=(-3.3, -2.6, 2.2), target=(0, 0, 0.35), fov=37),
                          background=(0.45, 0.62, 0.9))

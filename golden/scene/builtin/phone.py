@@ -63,7 +63,7 @@ def _niche(builder: SceneBuilder) -> None:
     builder.add(back, BACK_WALL)
     builder.add(desk, DESK)
     panel = framed(ceiling, border=24.0)
-    builder.add(panel[:4], PLASTER, surface=np.zeros(4))
+    builder.add(panel[:4], PLASTER, surface=0)
     builder.add(panel[4], LIGHT)
 
 
@@ -77,7 +77,7 @@ def _body(builder: SceneBuilder) -> None:
     # The walls stand upright and the rings of each group are parallel: all quads are planar.
     builder.add(loft([foot, waist, *fillet]), RED, smooth=True)
     for ends in cap(foot[::-1]), cap(fillet[-1]):
-        builder.add(ends, RED, surface=np.zeros(len(ends)))
+        builder.add(ends, RED, surface=0)
     for x in -8.0, 8.0:
         for y in -8.5, 8.5:
             builder.add(placed(revolution([(0.7, 0.0), (0.8, 0.3)], segments=10), at=(x, y, 0.0)), BLACK, smooth=True)
@@ -130,7 +130,7 @@ def _display(builder: SceneBuilder) -> None:
     case = box((-2.0, 4.4, 0.0), (9.2, 9.4, 0.9), omit=("-z",))
     front = framed(case[-1], border=0.5, depth=0.15)
     builder.add(_tilted(np.concatenate([case[:-1], front[4:8]])), BLACK)
-    builder.add(_tilted(front[:4]), BLACK, surface=np.zeros(4))
+    builder.add(_tilted(front[:4]), BLACK, surface=0)
     builder.add(_tilted(front[8]), DISPLAY)
     builder.add(_tilted(np.add(_stroked("2271297", 1.2), (3.6, 6.9, 0.76))), PRINT)
 
@@ -173,7 +173,7 @@ def _things(builder: SceneBuilder) -> None:
     builder.add(placed(cup, at=(18.5, 13.5, 0.0)), GLAZE, smooth=True)
     angle = 2 * np.pi * np.arange(20) / 20
     coffee = cap(np.stack([3.75 * np.cos(angle), 3.75 * np.sin(angle), np.full(20, 6.6)], axis=-1))
-    builder.add(placed(coffee, at=(18.5, 13.5, 0.0)), COFFEE, surface=np.zeros(len(coffee)))
+    builder.add(placed(coffee, at=(18.5, 13.5, 0.0)), COFFEE, surface=0)
     pad = box((-5.0, -7.0, 0.0), (5.0, 7.0, 0.8), omit=("-z",))
     builder.add(placed(pad, turn=-14.0, at=(19.0, -6.0, 0.0)), PAPER)
     pose = {"axis": (0.55, 0.9, 0.0), "at": (16.5, -11.0, 1.2)}

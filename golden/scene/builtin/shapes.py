@@ -5,6 +5,8 @@ Neighbouring patches of one shape have the same coordinates, bit for bit, also a
 
 import numpy as np
 
+from golden.scene.polygons import ladder
+
 __all__ = ["FACES", "box", "cap", "framed", "frames", "loft", "placed", "rounded", "tube"]
 
 FACES = ("-x", "+x", "-y", "+y", "-z", "+z")
@@ -79,12 +81,7 @@ def tube(path, *, radius: float, sides: int) -> np.ndarray:
 
 def cap(ring) -> np.ndarray:
     """A strictly convex planar ring of K points as a ladder of quads, with a triangle at the end if K is odd."""
-    ring = np.asarray(ring, dtype=np.float64)
-    count = len(ring)
-    rung = np.arange((count - 1) // 2)
-    index = np.stack([rung, rung + 1, count - 2 - rung, count - 1 - rung], axis=-1)
-    index[index[:, 1] == index[:, 2]] += [0, 0, 1, 0] if count % 2 else 0
-    return ring[index]
+    return np.asarray(ring, dtype=np.float64)[ladder(len(ring))]
 
 
 def rounded(width: float, depth: float, *, radius: float, steps: int, height: float = 0.0) -> np.ndarray:

@@ -78,8 +78,8 @@ def teapot(size: int) -> Scene:
     odd = np.add.outer(np.arange(size), np.arange(size)).ravel() % 2 == 1
     for squares, name, shade in ((board[odd], "dark square", 0.25), (board[~odd], "light square", 0.7)):
         material = Material(name=name, diffuse=(shade, 0.95 * shade, 0.85 * shade), specular=(0.04, 0.04, 0.04))
-        builder.add(squares, material, surface=np.zeros(len(squares)))
+        builder.add(squares, material, surface=0)
     lamp = square((-3.0, -4.0, 9.0), 4.0, facing=(3.0, 4.0, -8.0), cuts=2)
-    builder.add(lamp, Material(name="lamp", emission=(16.0, 15.5, 14.5)), surface=np.zeros(len(lamp)))
+    builder.add(lamp, Material(name="lamp", emission=(16.0, 15.5, 14.5)), surface=0)
     return builder.build(camera=Camera(eye=(2.6, -8.6, 5.4), target=(0.35, 0, 1.35), fov=41),
                          background=(0.45, 0.5, 0.6))

@@ -61,8 +61,8 @@ def tree(size: int) -> Scene:
             builder.add(frustum(base, apex, base_radius, apex_radius, segments=segments), bark, smooth=True)
             builder.add(sphere(apex, apex_radius, segments=segments), bark, smooth=True)
     field = square((0, 0, 0), 5, cuts=8)
-    builder.add(field, Material(name="field", diffuse=(0.22, 0.5, 0.16)), surface=np.zeros(len(field)))
+    builder.add(field, Material(name="field", diffuse=(0.22, 0.5, 0.16)), surface=0)
     lamp = square((1.8, -1.9, 4.4), 1.6, facing=(-1.8, 1.9, -3.6), cuts=2)
-    builder.add(lamp, Material(name="lamp", emission=(28.0, 26.0, 23.0)), surface=np.zeros(len(lamp)))
+    builder.add(lamp, Material(name="lamp", emission=(28.0, 26.0, 23.0)), surface=0)
     return builder.build(camera=Camera(eye=(5.2, 0.5, 2.4), target=(0, 0, 1.3), fov=40),
                          background=(0.4, 0.6, 0.9))

@@ -6,9 +6,11 @@ from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
 from golden.engine.frustum import FrustumRecord, hemisphere_record, screen_record
 from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.scene import Camera, Material, Scene
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
+from golden.scene.camera import Camera
+from golden.scene.material import Material
+from golden.scene.scene import Scene
 from tb.golden.engine.icu.patches import CONFIG
 from tb.golden.soups import soup
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from benchmarks.analytic import point_to_polygon
 from golden.cast.density import Density
 from golden.cast.hemisphere import Hemisphere
-from golden.light.analytic import point_to_polygon
 from golden.light.form_factors import hemisphere_sums, patch_columns
 from golden.scene.builtin.shapes import box
 from tb.golden.light.scenes import BLACK, scene_of

@@ -9,9 +9,9 @@ from golden.base.errors import InputError
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.cast.rays import Rays
-from golden.scene import Material
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
+from golden.scene.material import Material
 from tb.golden.cast.cell_walk import cell_walk
 from tb.golden.scene.touched_cells import touched_cells
 from tb.golden.soups import axis_rays, closed_mesh, random_rays, soup

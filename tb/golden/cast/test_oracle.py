@@ -5,8 +5,8 @@ import pytest
 
 from golden.cast.naive import Naive
 from golden.cast.rays import Rays
-from golden.scene import Material
 from golden.scene.builder import SceneBuilder
+from golden.scene.material import Material
 from tb.golden.soups import closed_mesh, random_rays, soup
 
 

@@ -19,9 +19,10 @@ from golden.engine.cast.shelling import Shelling
 from golden.engine.frustum import hemisphere_record, screen_record
 from golden.engine.icu.inverse_distance import decode
 from golden.engine.scene.patch_geometry import PatchGeometry
-from golden.scene import Camera, Material
 from golden.scene.builder import SceneBuilder
 from golden.scene.builtin import builtin_scene
+from golden.scene.camera import Camera
+from golden.scene.material import Material
 from tb.golden.cast.textbook import Textbook, hemisphere_directions, screen_directions
 from tb.golden.engine.icu.patches import CONFIG
 from tb.golden.soups import soup

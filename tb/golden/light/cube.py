@@ -25,5 +25,5 @@ def cube(cuts):
     cell = (np.stack(np.mgrid[:cuts, :cuts], axis=-1)[:, :, None] + corners).reshape(-1, 4, 2) / cuts
     for name, (corner, along, up) in FACES.items():
         patches = np.array(corner) + cell[..., :1] * np.array(along) + cell[..., 1:] * np.array(up)
-        builder.add(patches, Material(name=name), surface=np.zeros(len(patches)))
+        builder.add(patches, Material(name=name), surface=0)
     return builder.build()

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.analytic import point_to_polygon
 from golden.cast.grid import Grid
-from golden.light.analytic import point_to_polygon
 from golden.light.final_gather import FinalGather
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints

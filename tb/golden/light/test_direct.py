@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.analytic import point_to_polygon
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
 from golden.light import direct
-from golden.light.analytic import point_to_polygon
 from golden.light.direct import SHEETS, DirectLight
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints

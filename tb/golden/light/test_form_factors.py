@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.analytic import point_to_polygon
+from benchmarks.closed_forms import b_4, c_11, c_14, c_41
 from golden.base.errors import InputError
 from golden.base.spread import in_turn
 from golden.cast.frame import frame
@@ -13,8 +15,6 @@ from golden.cast.grid import Grid
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.naive import Naive
 from golden.light import form_factors
-from golden.light.analytic import point_to_polygon
-from golden.light.closed_forms import b_4, c_11, c_14, c_41
 from golden.light.form_factors import PatchRows, gauss_points, hemisphere_sums, patch_columns
 from golden.light.glass import ClearRays, Glass
 from golden.scene.builder import SceneBuilder
@@ -242,13 +242,6 @@ def test_unusable_grids_are_refused(arguments, message):
     scene = cube(1)
     with pytest.raises(InputError, match=message):
         hemisphere_factors(scene, Naive(scene), **arguments)
-
-
-def test_points_without_normals_are_refused():
-    scene = cube(1)
-    with pytest.raises(InputError, match="Normals must be one for each of 2 points, not 1"):
-        hemisphere_sums(Naive(scene), Hemisphere(4, 4), np.zeros((2, 3)), [(0, 0, 1)], -1, columns=6,
-                        column_of=patch_columns(scene))
 
 
 @pytest.mark.parametrize("glazed", [False, True])

@@ -4,10 +4,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from benchmarks.analytic import point_to_polygon
 from golden.cast.grid import Grid
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Rays
-from golden.light.analytic import point_to_polygon
 from golden.light.form_factors import hemisphere_sums
 from golden.light.glass import SHEETS, ClearRays, Glass
 from golden.light.photometry.sensors import Sensors

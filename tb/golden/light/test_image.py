@@ -7,7 +7,8 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from golden.light.image import false_colour, read_exr, write_exr, write_png
+from golden.light.image import false_colour, write_exr, write_png
+from tb.golden.light.exr import read_exr
 
 
 @pytest.fixture

@@ -3,12 +3,12 @@ import pytest
 from PIL import Image
 from scipy import sparse
 
+from benchmarks.analytic import point_to_polygon
+from benchmarks.closed_forms import c_11, c_14
 from golden.cast.grid import Grid
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
 from golden.light import indirect
-from golden.light.analytic import point_to_polygon
-from golden.light.closed_forms import c_11, c_14
 from golden.light.direct import DirectLight
 from golden.light.final_gather import FinalGather
 from golden.light.indirect import indirect_light
@@ -24,6 +24,7 @@ from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.scene.refine import refine
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.scene.furnaces import furnace_of, lit_from_above
 
 SKY = 1.0, 0.5, 0.25
 FLOOR = rectangle((-2, -2, 0), (4, 0, 0), (0, 4, 0))
@@ -76,7 +77,7 @@ def exact_direct_light(monkeypatch):
     ("progressive", 0.5), ("conjugate-gradient", 0.8)])
 def test_every_node_of_a_furnace_gets_what_the_walls_reflect(solver, diffuse):
     """Radiosities are 1/(1 - rho), of which 1 comes straight from the walls."""
-    light = solve(furnace(1, diffuse=diffuse), 0.34, rays=(32, 8), solver=solver)
+    light = solve(furnace_of(1, diffuse=diffuse), 0.34, rays=(32, 8), solver=solver)
     np.testing.assert_allclose(light.irradiance, diffuse / (1 - diffuse), rtol=1e-3)
     assert light.solution.converged
     assert not light.nodes - len(light.irradiance), "nothing changes from node to node"
@@ -85,7 +86,7 @@ def test_every_node_of_a_furnace_gets_what_the_walls_reflect(solver, diffuse):
 @pytest.mark.usefixtures("exact_direct_light")
 def test_a_cube_under_a_glowing_ceiling_has_the_known_mean_light():
     """Mean light on floor and walls for 8 x 8 patches a face; the catalogue's C-11 and C-14 are the direct part."""
-    scene = furnace(1, emitter="+z")
+    scene = lit_from_above(1)
     light = solve(scene, 0.125, rays=(32, 16))
     incident = light.elements.of_corners @ light.irradiance
     mean = np.bincount(light.elements.patch, incident[:, 0]) / 64
@@ -221,7 +222,7 @@ def test_mirrors_count_as_diffuse():
 
 
 def test_seeds_count_and_equal_ones_give_equal_light():
-    scene = furnace(1, emitter="+z")
+    scene = lit_from_above(1)
     first, again, other = (solve(scene, 0.5, rays=(16, 8), seed=seed).irradiance for seed in (3, 3, 4))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
@@ -229,7 +230,7 @@ def test_seeds_count_and_equal_ones_give_equal_light():
 
 def test_rays_are_counted():
     tally = Tally()
-    light = solve(furnace(1, emitter="+z"), 0.25, rays=(16, 8), light_samples=6, tally=tally)
+    light = solve(lit_from_above(1), 0.25, rays=(16, 8), light_samples=6, tally=tally)
     assert tally.kinds["hemisphere"]["rays"] == light.nodes * 128
     assert tally.kinds["hemisphere"]["hits"] == light.nodes * 128
     # Five faces of 16 elements, four points on each, two rays (6 over 4, rounded up) from each; the ceiling sees none.
@@ -241,10 +242,12 @@ def test_rays_are_counted():
 @pytest.mark.usefixtures("exact_direct_light")
 def test_rows_on_demand_give_a_furnace_the_light_of_all_rows():
     """Of a closed room no ray is lost: what is short of the mean is the light that shooting leaves out."""
-    light = solve(furnace(1), 0.34, rays=(64, 16), shooting=Shooting(tolerance=1e-3))
+    tally = Tally()
+    light = solve(furnace(1), 0.34, rays=(64, 16), shooting=Shooting(tolerance=1e-3), tally=tally)
     np.testing.assert_allclose(light.pieces.area @ light.display / light.pieces.area.sum(), 1, rtol=1e-3)
     np.testing.assert_allclose(light.irradiance, 1, rtol=0.1)
     assert light.nodes == len(light.pieces)
+    assert tally.kinds["hemisphere"]["rays"] == light.nodes * 1024, "a piece that shoots again casts nothing"
     assert len(light.refined_irradiance) == 0
 
 

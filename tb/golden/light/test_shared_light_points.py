@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.analytic import point_to_polygon
 from golden.cast.naive import Naive
 from golden.engine.cast.fixed_frusta import NaiveFixedFrusta, ShellingFrusta
 from golden.engine.cast.shadow_frusta import LEAST
-from golden.light.analytic import point_to_polygon
 from golden.light.direct import DirectLight
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints

@@ -27,6 +27,7 @@ from golden.scene.texture import Texture
 from golden.scene.textures import Textures
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 from tb.golden.render.pictures import SMALL, looking, picture
+from tb.golden.scene.furnaces import furnace_of, lit_from_above
 
 COLOUR = np.array((4.0, 2.0, 1.0))
 LAMP = Material(name="lamp", emission=tuple(COLOUR))
@@ -62,7 +63,7 @@ def direct_light_is_one(monkeypatch):
 @pytest.mark.parametrize("method", ["grid", "naive"])
 def test_a_white_furnace_shines_alike_everywhere(diffuse, method):
     """All but the noise of shadow rays, instead of which the walls' direct light, 1, is put in."""
-    image = picture(furnace(2, diffuse=diffuse), width=16, height=16, max_edge=0.3, method=method).image
+    image = picture(furnace_of(2, diffuse=diffuse), width=16, height=16, max_edge=0.3, method=method).image
     np.testing.assert_allclose(image, 1 / (1 - diffuse), rtol=1e-4)
 
 
@@ -312,7 +313,7 @@ def room():
     glass = Material(name="glass", transparent=(0.9, 0.9, 0.9))
     ball = sphere((0.6, 0.5, 0.3), 0.2, segments=8), glass, {"smooth": True}
     mirror = rectangle((0.2, 0.9, 0.1), (0.6, 0, 0), (0, 0, 0.6)), MIRROR
-    walls = furnace(1, emitter="+z")
+    walls = lit_from_above(1)
     grey = Material(name="grey", diffuse=(0.5, 0.4, 0.3))
     return scene_of((walls.vertices[:5], grey), (walls.vertices[5:], LAMP), ball, mirror, camera=walls.camera)
 

@@ -43,7 +43,7 @@ pp 3
 @pytest.fixture(scope="module")
 def whole():
     with pytest.warns(InputWarning, match="^not used: shares beyond a sum of 1$"):
-        return read_nff(WHOLE.encode(), "dir/whole.nff", segments=8)
+        return read_nff(WHOLE.encode(), "dir/whole.nff")
 
 
 def test_view_becomes_the_camera(whole):
@@ -72,7 +72,7 @@ def test_light_in_the_middle_counts_as_a_tenth_of_the_diagonal_away():
 
 
 def test_objects_become_patches_with_sides_surfaces_and_groups(whole):
-    polygon, ball, cone, patch = np.split(np.arange(len(whole)), np.cumsum([1, 8 * 4, 8]))
+    polygon, ball, cone, patch = np.split(np.arange(len(whole)), np.cumsum([1, 16 * 8, 16]))
     assert len(patch) == 2
     assert whole.two_sided[polygon].all()
     assert whole.two_sided[patch].all()
@@ -105,7 +105,7 @@ def test_a_fill_ends_a_smooth_surface():
     fills = [f"f {red} 0 0 1 0 0 0 0\n" for red in (1, 0.5, 0.25)]
     surfaces = [f"pp 3\n0 0 {z} 0 0 1\n1 0 {z} 0 0 1\n0 1 {z} 0 0 1\n" for z in (0, 1)]
     text = fills[0] + surfaces[0] + fills[1] + surfaces[1] + fills[2] + "s 0 0 5 1"
-    scene = read_nff(text.encode(), "x.nff", segments=6)
+    scene = read_nff(text.encode(), "x.nff")
     assert scene.channels("diffuse")[:, 0].tolist() == [1, 0.5, *[0.25] * (len(scene) - 2)]
     assert len(set(scene.smooth[:3])) == 3
 

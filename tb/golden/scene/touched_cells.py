@@ -6,7 +6,7 @@ __all__ = ["touched_cells"]
 
 
 def touched_cells(vertices, *, lower, size, shape, margin):
-    """``start`` and ``patch`` of `golden.scene.cells.patches_by_cell`."""
+    """``start`` and ``patch`` of `golden.scene.cells_kernel.patches_of_cells`."""
     cells, patches = [], []
     for patch, corners in enumerate(vertices):
         first, last = (np.clip(((end - lower) / size).astype(int), 0, np.asarray(shape) - 1)

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from golden.base.errors import InputError, InputWarning
-from golden.light.image import false_colour, read_exr, write_png
+from golden.light.image import false_colour, write_png
 from golden.light.photometry import surface_file
 from golden.light.photometry.sensors import Sensors
 from golden.light.tone import tone_map
@@ -21,6 +21,7 @@ from golden.scene.material import Material
 from radiosity.tasks import photometry, render
 from radiosity.tasks.photometry import Photometry
 from radiosity.tasks.render import RenderFiles, View, render_scene
+from tb.golden.light.exr import read_exr
 from tb.golden.light.scenes import rectangle, scene_of
 
 SHAPE = 9, 14

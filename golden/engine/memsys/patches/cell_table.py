@@ -5,7 +5,7 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.engine.ctu.cell_traversal import INDEX_BITS, POSITION_FRACTION
 from golden.engine.memsys.patches.patch_table import PatchTable
-from golden.scene.cells import patches_by_cell
+from golden.scene.cells_kernel import patches_of_cells
 
 __all__ = ["MARGIN", "CellTable"]
 
@@ -49,8 +49,8 @@ class CellTable:
         # The outermost patches are exactly on the scene box: the margin keeps them inside.
         self.lower = points.min(axis=0) - MARGIN
         self.shape = (points.max(axis=0) + MARGIN - self.lower) // self.cell + 1
-        start, patch = patches_by_cell(
-            vertices.astype(np.float64), lower=self.lower, size=self.cell, shape=self.shape, margin=MARGIN)
+        start, patch = patches_of_cells(vertices.astype(np.float64), self.lower.astype(np.float64), float(self.cell),
+                                        self.shape, float(MARGIN))
         self.pointer, self.count = start[:-1].astype(np.int64), np.diff(start).astype(np.int64)
         if ascending is not None:
             key = np.where(np.repeat(self.count > ascending, self.count), patch * SCATTER % (1 << 32), patch)

@@ -10,8 +10,8 @@ from golden.engine.icu.intersection import intersect
 from golden.engine.icu.inverse_distance import decode
 from golden.engine.icu.patch_setup import PatchSetup
 from golden.engine.icu.ray_memory import RayMemory
-from golden.scene import Camera
 from golden.scene.builtin import builtin_scene
+from golden.scene.camera import Camera
 from tb.golden.cast.fixed_cases import WHERE, hemisphere_in, room, screen_in, soup_case
 from tb.golden.engine.icu.patches import CONFIG
 from tb.golden.soups import soup

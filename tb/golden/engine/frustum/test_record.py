@@ -8,8 +8,8 @@ from golden.cast.screen import Screen
 from golden.engine.config import Numbers
 from golden.engine.frustum import hemisphere_record, screen_record
 from golden.engine.scene.g_coordinates import GCoordinates
-from golden.scene import Camera
 from golden.scene.builtin import builtin_scene
+from golden.scene.camera import Camera
 
 UNIT = 2.0**-16
 

@@ -10,7 +10,7 @@ from golden.engine.icu.edge_planes import EdgePlanes, edge_planes
 from golden.engine.icu.screening import cones, inside_cones
 from golden.engine.icu.vertex_direction import vertex_direction
 from golden.engine.scene.g_coordinates import GCoordinates
-from golden.scene import Camera
+from golden.scene.camera import Camera
 
 __all__ = ["CONFIG", "KINDS", "brute_hits", "hard_patches", "hemisphere", "meeting", "screen", "setup"]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from benchmarks.closed_forms import c_11
 from golden.cast.grid import Grid
-from golden.light.closed_forms import c_11
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.groups import by_surface, grouped
 from golden.light.factors.rows import FactorRows
@@ -68,7 +68,7 @@ def test_one_direction_s_error_counts_twice_where_both_are_in_the_group():
                       sky=np.array([0.7, 0.9]), back=np.zeros(2), area=np.array([1.0, 3]), normal=np.eye(3)[:2],
                       surface=np.array(["a", "a"]), patch=np.arange(2), front=np.ones(2, dtype=bool),
                       sky_error=None, sky_patches=None, sky_patches_error=None)
-    found = factors.by_surface()
+    found = by_surface(factors)
     assert found.F.toarray() == pytest.approx(np.array([[0.6 / 4]]))
     assert found.error.toarray() == pytest.approx(np.array([[2 * 0.06 / 4]]))
     assert found.closure < 1e-12

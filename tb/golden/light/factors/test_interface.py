@@ -6,9 +6,9 @@ import pytest
 import trimesh
 from scipy import sparse
 
+from benchmarks.closed_forms import c_11
 from golden import view_factors
 from golden.base.errors import InputError, InputWarning
-from golden.light.closed_forms import c_11
 from golden.light.factors import interface
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.view_factors import ViewFactors

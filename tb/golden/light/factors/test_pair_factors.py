@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from golden.light.analytic import polygon_to_polygon
-from golden.light.closed_forms import c_11, c_14, c_41
+from benchmarks.analytic import polygon_to_polygon
+from benchmarks.closed_forms import c_11, c_14, c_41
 from golden.light.factors.pair_factors import exchange_areas
 from golden.scene.polygons import is_convex_quad
 from tb.golden.light.cube import cube

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from golden.base.errors import InputError
 from golden.light.factors.join import Estimate
 from golden.light.factors.projection import _SLACKS, _Problem, project
 
@@ -137,12 +136,6 @@ def test_a_closed_reciprocal_estimate_stays(room):
     F, area = room
     result = project(estimate(F, 0.01 * F), area=area)[0].toarray()
     np.testing.assert_allclose(result, F, rtol=0, atol=1e-14)
-
-
-def test_areas_of_another_scene_are_refused(room):
-    message = r"projection: Area must have one entry for each of 40 rows, not shape \(3,\)"
-    with pytest.raises(InputError, match=message):
-        project(estimate(room[0], 0.1), area=np.ones(3))
 
 
 def test_the_search_ends_when_all_rows_close(room, noisy, monkeypatch):

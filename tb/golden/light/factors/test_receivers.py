@@ -5,8 +5,8 @@ import csv
 import numpy as np
 import pytest
 
+from benchmarks.closed_forms import b_4
 from golden.cast.grid import Grid
-from golden.light.closed_forms import b_4
 from golden.light.factors.csv_file import write_receivers
 from golden.light.factors.receivers import receiver_factors
 from golden.light.photometry.sensors import Sensors

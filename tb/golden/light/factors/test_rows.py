@@ -4,8 +4,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from benchmarks.closed_forms import c_11
 from golden.base.errors import InputError
-from golden.light.closed_forms import c_11
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.projection import project
 from tb.golden.light.cube import cube

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.closed_forms import c_11
 from golden.cast.grid import Grid
-from golden.light.closed_forms import c_11
 from golden.light.factors.sides import Sides
 from golden.light.factors.sky_division import SkyDivision
 from golden.light.factors.sky_rays import SkyRays

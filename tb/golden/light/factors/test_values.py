@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.closed_forms import c_11, c_14, c_91, c_92
 from benchmarks.view_factor_cases import visible_factor
 from benchmarks.view_factors import measured_deviations
 from golden.cast.grid import Grid
-from golden.light.closed_forms import c_11, c_14, c_91, c_92
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.rows import FactorRows
 from golden.scene.builtin import builtin_scene

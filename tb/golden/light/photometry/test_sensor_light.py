@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from golden.light.analytic import point_to_polygon
+from benchmarks.analytic import point_to_polygon
 from golden.light.photometry.sensors import Sensors
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin.furnace import furnace
@@ -53,7 +53,7 @@ def test_a_sensor_on_a_surface_is_not_shaded_by_it():
 
 @pytest.mark.parametrize("place", [(0.5, 0.5, 0.5), (0.2, 0.7, 0.01)])
 def test_a_sensor_in_a_furnace_receives_what_its_walls_send(place):
-    scene = furnace(1, diffuse=0.5)
+    scene = furnace(1)
     low, high = scene.bounds
     found = measured(scene, [low + np.array(place) * (high - low)], [(0, 0, 1)], light_samples=64, max_edge=0.5)
     np.testing.assert_allclose(found, 2, rtol=0.01)

@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 
+from benchmarks.analytic import point_to_polygon
 from golden.cast.grid import Grid
-from golden.light.analytic import point_to_polygon
 from golden.light.form_factors import gauss_points
 from golden.light.solvers import RadiositySystem
 from golden.scene.builtin import builtin_scene

@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from golden.base.errors import InputError
 from golden.light.solvers import RadiositySystem
 from golden.light.solvers.shooting import ambient_overshooting, progressive_refinement, proximity_refinement
-from tb.golden.light.solvers.systems import CUTS, DUCT_FACTORS, duct, exact, furnace, lit_cube
+from tb.golden.light.solvers.systems import CUTS, duct, exact, furnace, lit_cube
 
 
 def test_the_first_shot_gives_the_direct_light():
@@ -83,16 +82,3 @@ def test_proximity_takes_far_fewer_steps_and_little_more_work(watched):
     together = proximity_refinement(watched, group=8)
     assert together.steps < alone.steps / 4
     assert sum(len(group) for group in watched.groups) < 1.3 * alone.steps
-
-
-def test_proximity_needs_centres_and_normals():
-    system = RadiositySystem(form_factors=DUCT_FACTORS, reflectance=np.zeros((3, 3)), emission=np.ones((3, 3)),
-                             area=(3, 4, 5))
-    with pytest.raises(InputError, match="Centre and normal must be given"):
-        proximity_refinement(system)
-
-
-@pytest.mark.parametrize("group", [0, -3])
-def test_empty_groups_are_refused(group):
-    with pytest.raises(InputError, match="Group must be at least 1"):
-        proximity_refinement(duct(), group=group)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from golden.base.errors import InputError
 from golden.light.solvers import SOLVERS, TOLERANCE, RadiositySystem
 from tb.golden.light.solvers.systems import (
     CUTS,
@@ -96,12 +95,3 @@ def test_the_system_is_left_as_it_was(solve):
     solve(system)
     for array, old in zip((system.emission, system.reflectance, system.matrix), before, strict=True):
         np.testing.assert_array_equal(array, old)
-
-
-@every_solver
-def test_unusable_stop_rules_are_refused(solve):
-    for tolerance in (0.0, float("nan")):
-        with pytest.raises(InputError, match="Tolerance must be a finite number above 0"):
-            solve(duct(), tolerance=tolerance)
-    with pytest.raises(InputError, match="Steps must be at least 1"):
-        solve(duct(), max_steps=0)

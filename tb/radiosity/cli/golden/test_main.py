@@ -14,8 +14,8 @@ from PIL import Image
 import radiosity.cli.golden.main
 import radiosity.tasks.render
 from golden.cast.methods import RAY_METHODS
-from golden.light.image import read_exr
 from radiosity.cli.command_line import command_line
+from tb.golden.light.exr import read_exr
 
 FAST = ("--size", "12x8", "--spp", "1", "--light-samples", "1", "--depth", "1", "--rays", "16x4", "--method", "grid")
 # With patches that are not cut.

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.analytic import point_to_polygon, polygon_to_polygon
+from benchmarks.closed_forms import b_4, b_5, c_11, c_14, c_41
 from golden.base.errors import InputError
-from golden.light.analytic import point_to_polygon, polygon_to_polygon
-from golden.light.closed_forms import b_4, b_5, c_11, c_14, c_41
 from tb.golden.light.cube import FACES, cube
 
 
