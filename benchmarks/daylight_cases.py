@@ -26,7 +26,7 @@ from benchmarks.daylight_room import (
     through,
     transmittance,
 )
-from benchmarks.window_cases import WINDOWS
+from benchmarks.window_cases import VERTICAL, WINDOWS
 from golden.light.photometry.quantities import lux
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builder import SceneBuilder

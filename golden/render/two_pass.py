@@ -240,6 +240,11 @@ class RenderResult:
             raise InputError("render: Sensors must be given for illuminances", parameter="sensors")
         return lux(self.sensors, efficacy)
 
+    def pixels(self, *, exposure: float | None = None, curve: str = "reinhard", gamma: float | None = None,
+               bits: int = 8) -> np.ndarray:
+        """The picture for a display, see `golden.light.tone.tone_map`."""
+        return tone_map(self.image, exposure=exposure, curve=curve, gamma=gamma, bits=bits)
+
     def save(self, path: str | Path, *, exposure: float | None = None, curve: str = "reinhard",
              gamma: float | None = None, bits: int = 8, efficacy: float = EFFICACY) -> None:
         """Write a .png as a display shows it, or an .exr of linear radiance; atomically.
@@ -256,8 +261,7 @@ class RenderResult:
         if path.suffix.lower() == ".exr":
             write_exr(path, self.image, white=efficacy)
         else:
-            picture = tone_map(self.image, exposure=exposure, curve=curve, gamma=gamma, bits=bits)
-            write_png(path, picture, gamma=gamma)
+            write_png(path, self.pixels(exposure=exposure, curve=curve, gamma=gamma, bits=bits), gamma=gamma)
 
 
 def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: Sensors | None = None,

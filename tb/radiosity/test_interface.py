@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import radiosity
 
@@ -113,6 +114,13 @@ def test_numbers_of_numpy_are_numbers():
     assert repr(picture).startswith("<RenderResult: 3 x 2 pixels, ")
 
 
+def test_pixels_of_a_picture_are_those_of_its_file(tmp_path):
+    picture = radiosity.render(radiosity.load("furnace:1"), size=(3, 2), samples=1)
+    picture.save(tmp_path / "a.png", exposure=2, curve="linear")
+    with Image.open(tmp_path / "a.png") as stored:
+        np.testing.assert_array_equal(picture.pixels(exposure=2, curve="linear"), np.asarray(stored))
+
+
 def test_exchange_takes_values_by_the_names_of_surfaces():
     factors = radiosity.view_factors(SQUARES, names=["floor", "lid"])
     by_name = factors.exchange(temperature={"floor": 300}, emissivity={"floor": 0.9, "lid": 0.8}, flux={"lid": 0},
@@ -126,6 +134,13 @@ def test_exchange_takes_values_by_the_names_of_surfaces():
         factors.exchange(temperature=300, emissivity=[0, 2])
     assert caught.value.parameter == "emissivity"
     assert repr(by_name).startswith("<Exchange: 2 patches, temperatures ")
+
+
+def test_script_f_between_surfaces_by_their_names():
+    """Two black plates: the share that leaves one and arrives at the other is F."""
+    factors = radiosity.view_factors(SQUARES, names=["floor", "lid"])
+    np.testing.assert_array_equal(factors.by_surface().F.toarray(), factors.F.toarray())
+    np.testing.assert_allclose(factors.script_f(emissivity={"floor": 1, "lid": 1}), factors.F.toarray(), atol=1e-12)
 
 
 def test_a_ray_hits_the_nearest_patch_or_any_one():

@@ -9,7 +9,7 @@ import numpy as np
 
 from golden.base.errors import InputError
 from golden.base.output import check_outputs, whole_file
-from golden.light.factors.exchange import Exchange, net_exchange
+from golden.light.factors.exchange import Exchange, net_exchange, script_f
 from golden.light.factors.factor_matrix import FactorMatrix
 from golden.light.factors.groups import by_surface
 from golden.light.factors.netcdf_file import read_netcdf, variables, write_netcdf
@@ -32,6 +32,10 @@ class ViewFactors(FactorMatrix):
     InputError
         Shapes or patterns do not match, or a value is not finite or is negative.
     """
+
+    def by_surface(self) -> "ViewFactors":
+        """The factors between surfaces, see `golden.light.factors.groups.by_surface`."""
+        return by_surface(self)
 
     @classmethod
     def open(cls, path) -> "ViewFactors":
@@ -67,6 +71,11 @@ class ViewFactors(FactorMatrix):
                             emissivity=self._values("emissivity", emissivity),
                             flux=None if flux is None else self._values("flux", flux), sky_temperature=sky_temperature)
 
+    def script_f(self, *, emissivity) -> np.ndarray:
+        """Script-F between the surfaces in the order of their names, see `golden.light.factors.exchange.script_f`."""
+        return script_f(self, emissivity=self._values("emissivity", emissivity),
+                        group=np.unique(self.surface, return_inverse=True)[1])
+
     def _values(self, name, given):
         """N values of what is given for patches or for surfaces."""
         if not isinstance(given, Mapping):
@@ -83,14 +92,13 @@ class ViewFactors(FactorMatrix):
         Parameters
         ----------
         by
-            ``surface``: between surfaces, see `golden.light.factors.groups.by_surface`. ``patch``: between patches; N
-            columns need N^2 numbers.
+            ``surface``: between surfaces, see `by_surface`. ``patch``: between patches; N columns need N^2 numbers.
         """
         import pandas as pd
 
         if by not in ("surface", "patch"):
             raise InputError(f"view factors: By must be surface or patch, not {by!r}", parameter="by")
-        factors = by_surface(self) if by == "surface" else self
+        factors = self.by_surface() if by == "surface" else self
         labels = pd.Index(factors.surface if by == "surface" else range(len(factors)), name=by)
         table = pd.DataFrame(factors.F.toarray(), index=labels, columns=labels)
         return table.assign(sky=factors.sky, back=factors.back)

@@ -130,8 +130,7 @@ test_grid_ray_memory = declare(
             "dropped", 'retries, ~served, (access.kind == _Kind.REQUEST) & other & state["away"])',
             "retries, ~served, 0)"),
         "a request that leaves counts as deferred": fault(
-            "count", "self.waiting.eq(self.waiting + (requested & defers)", "self.waiting.eq(self.waiting + requested",
-            nightly=True),
+            "count", "self.waiting, up=requested & defers", "self.waiting, up=requested", nightly=True),
         "a version outlives its frustum": fault(
             "dropped", '"version": Mux(now, old.version, 0)', '"version": old.version', nightly=True, slots=1),
     })

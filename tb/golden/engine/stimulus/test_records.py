@@ -60,6 +60,6 @@ def test_each_cluster_has_its_own_section_with_its_own_subshells():
     plan = schedule(made.record, made.shelling.geometry, made.shelling.table, CONFIG, clusters=8, ratio=RATIO)
     lists = [part.subshells for part in made.sectors]
     assert [part.sector for part in made.sectors] == list(plan.partition.sections)
-    for name in ("patches", "shell", "empty", "behind"):
+    for name in "patches", "shell":
         assert [getattr(one, name).tolist() for one in lists] == [getattr(one, name).tolist() for one in plan.subshells]
     assert len({tuple(one.patches.tolist()) for one in lists}) > 4

@@ -1,6 +1,5 @@
 """Stimuli: deterministic, within their formats, outputs from the inputs alone, no block forgotten."""
 
-import json
 from itertools import cycle
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from golden.base.errors import InputError
 from golden.engine.config import PRESETS
 from golden.engine.stimulus import BLOCKS, block, stimulus
 from golden.engine.stimulus.files import write_stimulus
+from tb.golden.engine.stimulus.stored_stimulus import read_stimulus
 
 CONFIG = PRESETS["tiny"]
 # Other widths than the defaults, large and small.
@@ -59,24 +59,11 @@ def test_arrays_fit_their_formats_and_shapes_in_other_widths_too(name):
                 field.format.check(array, field.name)
 
 
-def read(path):
-    """Header and arrays of a file, as docs/stimulus.md describes it."""
-    if path.suffix == ".npz":
-        with np.load(path) as stored:
-            arrays = dict(stored)
-        return json.loads(str(arrays.pop("header"))), arrays
-    header, *vectors = map(json.loads, path.read_text().splitlines())
-    constants = header.pop("constants")
-    return header, {field["name"]: np.array(constants[field["name"]] if field["constant"]
-                                            else [vector[field["name"]] for vector in vectors])
-                    for field in header["fields"]}
-
-
 @pytest.mark.parametrize(("name", "suffix"), list(zip(BLOCKS, cycle((".npz", ".jsonl")))))
 def test_outputs_recomputed_from_the_stored_inputs_agree(name, suffix, tmp_path):
     made = stimulus(name, count=30, seed=6, config=CONFIG)
     write_stimulus(tmp_path / f"stored{suffix}", made)
-    header, arrays = read(tmp_path / f"stored{suffix}")
+    header, arrays = read_stimulus(tmp_path / f"stored{suffix}")
     assert header == made.header
     config = PRESETS["paper"].replace(header["parameters"])
     given = {field["name"]: arrays[field["name"]] for field in header["fields"] if field["role"] == "input"}

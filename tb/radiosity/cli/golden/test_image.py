@@ -2,10 +2,11 @@
 
 import tracemalloc
 
+import numpy as np
 import pytest
 
 from golden.engine.config import PRESETS
-from golden.engine.jobs.descriptor import DESCRIPTOR, parse_descriptors
+from golden.engine.jobs.descriptor import DESCRIPTOR
 from golden.engine.jobs.result_formats import HitFormat
 from golden.engine.memory_map import from_bytes
 from radiosity.cli.golden.choices import HIT_FORMATS
@@ -30,7 +31,7 @@ def test_a_hemisphere_is_a_load_and_its_sections(manifest, tmp_path):
     assert printed["output"] == [str(folder / name) for name in ("job.bin", "job.h", "job.txt")]
     memory = (folder / "job.bin").read_bytes()
     assert (printed["base"], printed["bytes"], printed["rays"]) == (0x1000, len(memory), 256)
-    descriptors = parse_descriptors(memory[:DESCRIPTOR.dtype.itemsize * printed["descriptors"]])
+    descriptors = np.frombuffer(memory, dtype=DESCRIPTOR.dtype, count=printed["descriptors"])
     image = int(descriptors["hits"][0]) - 0x1000
     size = int.from_bytes(memory[image + 8:image + 16], "little")
     assert len(from_bytes(memory[image:image + size])["patches"]) == printed["patches"] == 20

@@ -1,8 +1,8 @@
 import pytest
 from click.testing import CliRunner
 
-from golden.engine.stimulus.files import read_stimulus
 from radiosity.cli.golden.main import main
+from tb.golden.engine.stimulus.stored_stimulus import read_stimulus
 
 
 def run(*arguments):
@@ -13,10 +13,10 @@ def test_a_file_is_written_and_its_fields_are_listed(tmp_path):
     path = tmp_path / "sbb.npz"
     result = run("icu.sbb", "-n", 7, "--seed", 3, "--preset", "tiny", "-P", "icu.uv_bits=6", "-o", path)
     assert result.exit_code == 0, result.stderr
-    made = read_stimulus(path)
-    assert (made.header["count"], made.header["seed"], made.header["parameters"]["icu.uv_bits"]) == (7, 3, 6)
-    assert len(made.arrays["column_first"]) == 7
-    assert len(result.stdout.splitlines()) == 1 + len(made.header["fields"])
+    header, arrays = read_stimulus(path)
+    assert (header["count"], header["seed"], header["parameters"]["icu.uv_bits"]) == (7, 3, 6)
+    assert len(arrays["column_first"]) == 7
+    assert len(result.stdout.splitlines()) == 1 + len(header["fields"])
 
 
 @pytest.mark.parametrize(("arguments", "says"), [
