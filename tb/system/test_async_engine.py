@@ -29,8 +29,8 @@ WATCHDOG = 500
 class Withdrawing(wiring.Component):
     """A `ClockCrossing` that withdraws its offer in every second cycle: a negative control."""
 
-    def __init__(self, shape, *, source, sink, depth):
-        self._crossing, self._sink = ClockCrossing(shape, source=source, sink=sink, depth=depth), sink
+    def __init__(self, shape, *, source, sink):
+        self._crossing, self._sink = ClockCrossing(shape, source=source, sink=sink), sink
         super().__init__(self._crossing.signature)
 
     def elaborate(self, platform):

@@ -1,6 +1,5 @@
 """Fixtures of the tests of exported cores."""
 
-import dataclasses
 import functools
 import shutil
 from collections.abc import Callable
@@ -11,7 +10,7 @@ import pytest
 from golden.engine.config import PRESETS
 from radiosity.flow.package.core_files import write_core
 from radiosity.flow.package.manifest import manifest
-from radiosity.flow.package.tops import TOPS
+from radiosity.flow.package.tops import Top
 from tb.radiosity.flow.package.exported_engine import CONFIG, written
 
 
@@ -22,7 +21,7 @@ def without_verilog(monkeypatch):
 
 
 def _omit_verilog(patch):
-    patch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
+    patch.setattr(Top, "verilog", lambda *_: "")
     patch.setattr("radiosity.flow.package.manifest.unit_latencies", lambda *_: {})
 
 

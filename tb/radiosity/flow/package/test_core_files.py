@@ -1,6 +1,5 @@
 """Exported cores: byte-identical each time, and accepted by third-party tools without a warning."""
 
-import dataclasses
 import gc
 import hashlib
 import json
@@ -27,7 +26,7 @@ from radiosity.flow.host import Host
 from radiosity.flow.package.core_files import CROSSING_WAIVERS, WAIVERS, core_files
 from radiosity.flow.package.notice import with_notice
 from radiosity.flow.package.system_rdl import system_rdl
-from radiosity.flow.package.tops import TOPS
+from radiosity.flow.package.tops import TOPS, Top
 from radiosity.flow.package.unit_latencies import unit_latencies
 from radiosity.flow.simulator.simulated_port import complete
 from radiosity.flow.synthesis.history import read_history
@@ -62,7 +61,7 @@ def test_files_of_a_core(router):
 
 
 def test_the_page_has_the_command_that_writes_the_core_again(tmp_path, monkeypatch):
-    monkeypatch.setitem(TOPS, "router", dataclasses.replace(TOPS["router"], text=lambda *_: ""))
+    monkeypatch.setattr(Top, "verilog", lambda *_: "")
     command = ["--top", "router", "--preset", "tiny", "-P", "noc.columns=4", "-P", "noc.rows=2"]
     assert CliRunner().invoke(main, ["verilog", *command, "-o", str(tmp_path)]).exit_code == 0
     assert f"\nWritten by `radiosity verilog {' '.join(command)}` of" in (tmp_path / "README.md").read_text()
@@ -71,7 +70,7 @@ def test_the_page_has_the_command_that_writes_the_core_again(tmp_path, monkeypat
 @pytest.mark.parametrize("given", [None, 12.5])
 def test_all_constraints_are_the_same_clock(given, monkeypatch):
     """The period for Vivado and Quartus, the frequency for nextpnr and in the text."""
-    monkeypatch.setitem(TOPS, "router", dataclasses.replace(TOPS["router"], text=lambda *_: ""))
+    monkeypatch.setattr(Top, "verilog", lambda *_: "")
     files, period = core_files("router", config=PRESETS["tiny"], preset="tiny", period=given), given or 9
     for kind in "sdc", "xdc":
         assert re.findall(r"-period (\S+)", files[f"radiosity_router.{kind}"]) == [f"{period:g}"]
@@ -98,7 +97,7 @@ def without_job(monkeypatch):
 
 
 def test_an_engine_has_its_registers_in_system_rdl_and_counters_where_the_driver_reads_them(monkeypatch, without_job):
-    monkeypatch.setitem(TOPS, "engine", dataclasses.replace(TOPS["engine"], text=lambda *_: ""))
+    monkeypatch.setattr(Top, "verilog", lambda *_: "")
     monkeypatch.setattr("radiosity.flow.package.manifest.unit_latencies", lambda *_: {})
     config, read = PRESETS["tiny"].replace({"noc.columns": 3, "noc.rows": 1}), []
     files = core_files("engine", config=config, preset="tiny")
@@ -200,7 +199,7 @@ def test_bad_requests_are_one_line(arguments, said):
 
 def test_components_that_are_only_inspected_leave_no_warning(monkeypatch):
     """Ports of a core are those of a component that is never elaborated."""
-    monkeypatch.setitem(TOPS, "router", dataclasses.replace(TOPS["router"], text=lambda config, name: ""))
+    monkeypatch.setattr(Top, "verilog", lambda *_: "")
     gc.collect()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -303,7 +302,7 @@ def test_the_page_names_every_waiver():
 
 
 def test_each_bus_with_a_clock_of_its_own_has_it_in_all_files(monkeypatch, without_job):
-    monkeypatch.setitem(TOPS, "async_engine", dataclasses.replace(TOPS["async_engine"], text=lambda *_: ""))
+    monkeypatch.setattr(Top, "verilog", lambda *_: "")
     monkeypatch.setattr("radiosity.flow.package.manifest.unit_latencies", lambda *_: {})
     files = core_files("async_engine", config=PRESETS["tiny"], preset="tiny")
     facts = json.loads(files["radiosity_async_engine.json"])
