@@ -66,7 +66,7 @@ ELSEWHERE = {
     "tb.system.ray_campaign": [("tb/system/test_ray_campaign.py", "test_no_ray_differs", "cast_campaign(")],
     "-m tb.lib.cpu_times": [("tb/lib/test_cpu_times.py", "test_tenths_share_out_all_seconds_from_the_largest_folder_on",
                              "tenths(")],
-    "tb.system.cycles": [("tb/system/test_cycles.py", "test_cycles_are_those_of_the_page", "cycles_of(")],
+    "tb.system.cycles": [("tb/docs/test_cycles.py", "test_cycles_are_those_of_the_page", "cycles_of(")],
     r"(^|-m )pytest": [],
 }
 # Settings of the programs, which a command keeps from its first context: its help option goes by both names.
