@@ -266,16 +266,16 @@ class Simulation:
             _PortsOnly if self._visible else _SharedRuntime)()
         program = self._folder / _PROGRAM[self._simulator]
         while True:
-            with locked(self._folder):
-                if not program.exists():
-                    self._build(runner)
-                    keep_newest(self._folder.parent, most=_MOST_BYTES)
+            # Runs of one build share it: whoever finds it built must not wait for them to end.
             with locked(self._folder, shared=True):
-                # Another process may have removed it in between.
                 if program.exists():
                     os.utime(self._folder)
                     yield runner
                     return
+            with locked(self._folder):
+                if not program.exists():
+                    self._build(runner)
+                    keep_newest(self._folder.parent, most=_MOST_BYTES)
 
     def _build(self, runner):
         """Compile in another folder, so that an interrupted build leaves no program; the program and the log stay."""

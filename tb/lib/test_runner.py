@@ -1,5 +1,7 @@
 """Builds are made once, leave nothing but the program, and are made again for another text or when they are gone."""
 
+from contextlib import nullcontext
+
 import pytest
 from cocotb_tools.runner import Icarus
 
@@ -32,6 +34,16 @@ def test_the_same_text_is_built_once(simulation):
     assert {path.name for path in (folder / builds[0]).iterdir()} == {"sim.vvp", "build.log"}
     simulation("another")
     assert len(set(builds)) == 2
+
+
+@pytest.mark.icarus
+def test_runs_of_one_build_do_not_wait_for_each_other(simulation, monkeypatch):
+    """They have shared access to it and ask for no other."""
+    simulation()
+    accesses = []
+    monkeypatch.setattr(runner, "locked", lambda _, *, shared=False: accesses.append(shared) or nullcontext())
+    simulation()
+    assert accesses == [True]
 
 
 @pytest.mark.icarus
