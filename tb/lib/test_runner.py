@@ -38,7 +38,7 @@ def test_the_same_text_is_built_once(simulation):
 
 @pytest.mark.icarus
 def test_runs_of_one_build_do_not_wait_for_each_other(simulation, monkeypatch):
-    """They have shared access to it and ask for no other."""
+    """They request shared access to it and no other."""
     simulation()
     accesses = []
     monkeypatch.setattr(runner, "locked", lambda _, *, shared=False: accesses.append(shared) or nullcontext())
