@@ -52,7 +52,7 @@ def revolution(profile, *, segments: int = 16) -> np.ndarray:
     ----------
     profile
         K x 2: distance from the axis and height of its points, no two neighbours at one point or both on the axis.
-        Where it climbs, the front faces away from the axis.
+        Where it climbs, the front points away from the axis.
     segments
         Patches around the axis.
 

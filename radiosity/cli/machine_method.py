@@ -54,7 +54,7 @@ class MachineMethod:
         Decorators that add its options to every command that casts.
     frustum_options
         Those that it adds to ``cast`` in place of ``options``. ``cast`` has ``--clusters``, ``--preset`` and ``-P``
-        itself, and hands their values on.
+        itself, and passes their values.
     """
 
     name = "machine"

@@ -38,7 +38,7 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, warn: Cal
     choice, config
         The frustum and the machine's configuration.
     warn
-        Is called with a line for the user if the frustum faces away from the scene.
+        Is called with a line for the user if the frustum points away from the scene.
     method
         ``shelling`` or ``naive``; another name needs ``caster``.
     cell, clusters

@@ -66,7 +66,7 @@ class FixedFrusta(ABC):
         self._samples: tuple[GCoordinates | None, list[FrustumRecord]] = None, []
         self._geometry = PatchGeometry.of(scene, CONFIG.numbers)
         self._cast = self._machine(self._geometry)
-        self._picture: tuple[Screen, _Together] | None = None
+        self._picture: tuple[Screen, _Batches] | None = None
 
     def _machine(self, geometry: PatchGeometry):
         """Function from records of the same rays to, for each of them, patch, tests and steps of each ray."""
@@ -118,7 +118,7 @@ class FixedFrusta(ABC):
             return _leaves([DenseWindows(density, hemisphere, partial(record, number), geometry, CONFIG)
                             for number in numbers], cast, finer)
 
-        held = _Together(leaves_of, count=len(points), together=max(1, self.together // len(hemisphere)))
+        held = _Batches(leaves_of, count=len(points), together=max(1, self.together // len(hemisphere)))
 
         def dense(number):
             leaves = held[number]
@@ -157,7 +157,7 @@ class FixedFrusta(ABC):
 
     def _cast_together(self, cast, record, *, count, rays):
         """Patch, tests and steps of each ray of frusta of so many rays each."""
-        return _Together(lambda numbers: map(np.stack, cast([record(number) for number in numbers])), count=count,
+        return _Batches(lambda numbers: map(np.stack, cast([record(number) for number in numbers])), count=count,
                          together=max(1, self.together // rays))
 
     def patches(self, screen: Screen) -> np.ndarray:
@@ -297,8 +297,8 @@ def _grouped(frusta, most):
     yield from held.values()
 
 
-class _Together:
-    """What is computed of frusta on first use, some of them together; what was computed last is kept.
+class _Batches:
+    """What is computed of frusta on first use, in batches; the last batch is kept.
 
     Parameters
     ----------

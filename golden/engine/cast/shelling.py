@@ -7,6 +7,7 @@ clusters.
 Source: Shen 1993, section 3.4; docs/exactness.md derives the margins.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -163,13 +164,20 @@ class Shelling:
 
     def _cluster(self, record, sector, subshells, tests, memory):
         """All subshells of one section; clusters do not depend on each other."""
-        cluster = self.cluster(record, sector)
         counts = ShellingCounts(rays=int(sector.mask(record).sum()))
+        for _ in self.stages(record, sector, subshells, tests, memory, counts):
+            pass
+        return counts
+
+    def stages(self, record: FrustumRecord, sector: Sector, subshells, tests: "Tests",
+               memory: RayMemory | ShadowMemory, counts: ShellingCounts) -> Iterator[Stage]:
+        """The stages of one section, each tested, and counted, before the next one, which sees its hits."""
+        cluster = self.cluster(record, sector)
         for where in cluster.schedule(subshells, tests.window):
             stage = cluster.explore(*where, memory.inverse)
             if stage is not None:
                 tests.run(stage, sector, counts)
-        return counts
+                yield stage
 
     def cluster(self, record: FrustumRecord, sector: Sector) -> ClusterCasting:
         """A cluster before its first stage of a frustum."""

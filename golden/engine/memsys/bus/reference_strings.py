@@ -40,23 +40,12 @@ class ReferenceStrings:
         for record in records:
             memory = shelling.memory(record)
             tests = shelling.tests(record, memory)
-            frusta.append([_stages(shelling.cluster(record, sector), sector, tests, memory)
+            frusta.append([list(shelling.stages(record, sector, None, tests, memory, ShellingCounts()))
                            for sector in sectors or (Sector.whole(record),)])
         none = np.zeros(0, dtype=np.int64)
         return cls(**{name: tuple(tuple(np.concatenate([none, *(getattr(stage, part) for stage in stages)])
                                         for stages in frustum) for frustum in frusta)
                       for name, part in (("cells", "opened"), ("patches", "found"))})
-
-
-def _stages(cluster, sector, tests, memory):
-    """The stages that a cluster explores; each sees the hits of those before."""
-    stages = []
-    for where in cluster.schedule(None, tests.window):
-        stage = cluster.explore(*where, memory.inverse)
-        if stage is not None:
-            tests.run(stage, sector, ShellingCounts())
-            stages.append(stage)
-    return stages
 
 
 def interleaved(frusta, *, resident=None) -> np.ndarray:
