@@ -22,8 +22,10 @@ _left_out: list[int] = [0]
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config):
     """Pass the run's seed to Hypothesis."""
-    if "SEED" in os.environ:
-        config.option.hypothesis_seed = int(os.environ["SEED"])
+    if (seed := os.environ.get("SEED")) is not None:
+        if not seed.isdecimal():
+            raise pytest.UsageError(f"SEED must be an integer of at least 0, not {seed!r}")
+        config.option.hypothesis_seed = int(seed)
     if os.environ.get("ICARUS") == "required" and shutil.which("iverilog") is None:
         raise pytest.UsageError("Icarus Verilog is not installed: apt-get install iverilog")
 

@@ -25,6 +25,7 @@ from radiosity.flow.verilog.export import verilog_of
 from radiosity.flow.verilog.plain_verilog import plain_verilog
 from tb.lib.bench_view import named_states, write_bench_view
 from tb.lib.seed import IS_DRAWN, SEED
+from tb.lib.signature import port_patterns
 
 __all__ = [
     "BUILD",
@@ -102,8 +103,8 @@ def _runtime(waves):
     return build_folder() / "runtime" / content_key(_version("verilator"), _MAKE, waves and _waves_format())
 
 
-class _PortsOnly(_SharedRuntime):
-    """Verilator without public access to all signals: large designs build in a fraction of the time and run faster,
+class _SomeVisible(_SharedRuntime):
+    """Verilator without public access to all signals: large designs build in a tenth of the time and run faster,
     because private signals can be merged into few files.
     """
 
@@ -113,7 +114,7 @@ class _PortsOnly(_SharedRuntime):
 
 
 def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: str = "verilator", name: str = "",
-             visible: tuple[str, ...] = (), **given) -> None:
+             visible: tuple[str, ...] | None = None, **given) -> None:
     """Run coroutines in a simulator.
 
     The seed is `tb.lib.seed.SEED`. A failing run is repeated with waveforms, and its assertions then print
@@ -130,8 +131,9 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
     name
         Names the run's folders and messages; default: the running test's.
     visible
-        Patterns of the signals of ``top`` that the coroutines access in Verilator; default: all signals. A failing run
-        with patterns is not repeated: WAVES=1 in the environment gives its waveforms.
+        Patterns of the signals of ``top`` that the coroutines access in Verilator, for designs that take minutes: a
+        failing run is not repeated, WAVES=1 in the environment gives its waveforms. Default: a component's ports; of
+        Verilog all signals.
     given
         JSON values for `options`.
 
@@ -148,11 +150,14 @@ def simulate(component, module: str, tests: tuple[str, ...] = (), *, simulator: 
         return
     name = name or _running_test()
     waves = bool(os.environ.get("WAVES")) and simulator == "verilator"
+    repeats = visible is None
+    if repeats:
+        visible = () if isinstance(component, str) else port_patterns(component.signature)
     simulation = Simulation(text, simulator, visible=visible, waves=waves)
-    failed = simulation.run(module, tests, name, SEED, given, explains=bool(visible))
-    if failed and not visible:
+    failed = simulation.run(module, tests, name, SEED, given, explains=not repeats)
+    if failed and repeats:
         simulation.run(module, tests, name, SEED, given, explains=True)
-    if failed and not waves and not visible:
+    if failed and repeats and not waves:
         # Those of Verilator have names for the parts of payloads.
         Simulation(text, "verilator", waves=True).run(module, tests, name, SEED, given)
     if failed:
@@ -263,7 +268,7 @@ class Simulation:
     def _built(self) -> Iterator[Runner]:
         """The runner, with a build that stays until the run ends."""
         runner = get_runner("icarus") if self._simulator == "icarus" else (
-            _PortsOnly if self._visible else _SharedRuntime)()
+            _SomeVisible if self._visible else _SharedRuntime)()
         program = self._folder / _PROGRAM[self._simulator]
         while True:
             # Runs of one build share it: whoever finds it built must not wait for them to end.

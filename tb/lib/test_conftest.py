@@ -52,6 +52,12 @@ def test_cases_for_icarus_are_left_out_and_counted_where_it_is_missing(tmp_path,
     assert "left out, Icarus Verilog is not installed: 1 tests\n" in said
 
 
+@pytest.mark.parametrize("seed", ["", "-1", "x", "1.5"])
+def test_a_seed_that_is_no_number_ends_the_run_with_one_line(tmp_path, seed):
+    code, said = run(tmp_path, {"test_it.py": PASSES}, SEED=seed)
+    assert (code, said) == (4, f"ERROR: SEED must be an integer of at least 0, not {seed!r}\n\n")
+
+
 def test_a_run_that_requires_icarus_fails_without_it(tmp_path, without_icarus):
     code, said = run(tmp_path, {"test_it.py": PASSES}, PATH=without_icarus, ICARUS="required")
     assert code == 4, said
