@@ -22,7 +22,6 @@ from tb.ctu.traversal_bench import FINAL, ClusterPart, Intersection, Surrounding
 from tb.lib.clocking import PERIOD, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import BUILD, options, simulate
-from tb.lib.signature import port_patterns
 
 CELL, RUN_AHEADS = 0.125, (0, 2)
 CHANGES = {"ctu.shell_bits": 6, "ctu.subshell_bits": 10, "icu.rays": 4096, "icu.side_bits": 6, "icu.generation_bits": 2}
@@ -66,8 +65,7 @@ def measure(scene: str, depth: int) -> dict:
     changes = {**CHANGES, "ctu.run_ahead": depth}
     name = f"overlap-{scene}-{depth}"
     component = RayTraversal(config=config_of(changes))
-    simulate(component, "tb.ctu.overlap", ("cast",), name=name, visible=port_patterns(component.signature),
-             changes=changes, scene=scene)
+    simulate(component, "tb.ctu.overlap", ("cast",), name=name, changes=changes, scene=scene)
     return json.loads((BUILD / "results" / name / "counts.json").read_text())
 
 

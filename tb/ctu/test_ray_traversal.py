@@ -22,7 +22,6 @@ from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
 from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
-from tb.lib.signature import port_patterns
 from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 
@@ -240,35 +239,33 @@ LARGE = {**BARRIER, "ctu.ray_slots": 1 << 17, "ctu.shell_bits": 6, "ctu.grid_row
 @pytest.mark.parametrize("cell", CELLS)
 @pytest.mark.parametrize("scene", SCENES)
 def test_cells_of_golden_in_scenes(scene, cell):
-    run((scene, cell, 1, False), LARGE, "verilator", cycles=3_000_000, ports_only=True)
+    run((scene, cell, 1, False), LARGE, "verilator", cycles=3_000_000)
 
 
 @pytest.mark.nightly
 def test_cells_of_golden_on_screens():
     run(("lobby", 0.125, 4, True), {**LARGE, "ctu.pyramid_levels": 3, "icu.product_registers": 3}, "verilator",
-        cycles=3_000_000, ports_only=True)
+        cycles=3_000_000)
 
 
 @pytest.mark.nightly
 def test_200_free_runs():
     # So few slots that many rays share each.
     run(None, {**LARGE, "ctu.run_ahead": 2, "ctu.ray_slots": 16}, "verilator", tests=("free_running",), pipelines=2,
-        runs=200, cycles=12_000_000, ports_only=True)
+        runs=200, cycles=12_000_000)
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("changes", [{"ctu.ray_slots": 4096}, NO_LISTS])
 def test_busy_at_small_cells(changes):
     run(("room1627", 0.0625, 1, False), {**LARGE, **changes, "ctu.run_ahead": 15}, "verilator",
-        tests=("a_step_per_cycle",), cycles=100_000, busy=0.95, ports_only=True)
+        tests=("a_step_per_cycle",), cycles=100_000, busy=0.95)
 
 
-def run(record, changes, simulator, *, tests=("cells_of_golden",), pipelines=1, cycles=60_000, ports_only=False,
-        **given):
+def run(record, changes, simulator, *, tests=("cells_of_golden",), pipelines=1, cycles=60_000, **given):
     config = config_of(changes)
     what = "-".join(map(str, (tests[0], *(record or ("random",)), config.ctu.subshells, simulator)))
     component = RayTraversal(config=config, pipelines=pipelines)
     assert component.latency == documented_latency(RayTraversal, config) + (pipelines > 1)
-    simulate(component, __name__, tests, simulator=simulator, name=f"ray-traversal-{what}",
-             visible=port_patterns(component.signature) if ports_only else (), changes=changes, record=record,
-             cycles=cycles, **given)
+    simulate(component, __name__, tests, simulator=simulator, name=f"ray-traversal-{what}", changes=changes,
+             record=record, cycles=cycles, **given)

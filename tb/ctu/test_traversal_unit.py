@@ -15,7 +15,6 @@ from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.responder import Responder
 from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
-from tb.lib.signature import port_patterns
 
 # All that long runs see, so that they are fast.
 SMALL = {"ctu.run_ahead": 2, "ctu.ray_slots": 64, "ctu.grid_row_bits": 6, "ctu.grid_column_bits": 8,
@@ -161,12 +160,11 @@ async def reset_in_flight(dut):
     cast.stop()
 
 
-def run(record, changes, simulator, *, cycles, tests=("free_running",), pipelines=1, ports_only=False, **given):
+def run(record, changes, simulator, *, cycles, tests=("free_running",), pipelines=1, **given):
     what = "-".join(map(str, (tests[0], *record)))
     component = TraversalUnit(config=config_of(changes), pipelines=pipelines)
     simulate(component, __name__, tests, simulator=simulator, name=f"traversal-unit-{what}-{simulator}",
-             visible=port_patterns(component.signature) if ports_only else (), changes=changes, record=record,
-             cycles=cycles, **given)
+             changes=changes, record=record, cycles=cycles, **given)
 
 
 # Lists are in preset `thesis` alone, which the nightly casts.
@@ -189,10 +187,9 @@ LARGE = {**SMALL, "ctu.ray_slots": 4096, "ctu.shell_bits": 6, "ctu.grid_row_bits
 @pytest.mark.parametrize(("scene", "cell", "clusters", "screen"), [
     ("cornell", 0.125, 1, False), ("lobby", 0.125, 2, False), ("room1627", 0.125, 1, False), ("lobby", 0.125, 2, True)])
 def test_scenes(scene, cell, clusters, screen):
-    run((scene, cell, clusters, screen), LARGE, "verilator", cycles=2_000_000, pipelines=2, ports_only=True)
+    run((scene, cell, clusters, screen), LARGE, "verilator", cycles=2_000_000, pipelines=2)
 
 
 @pytest.mark.nightly
 def test_reset_in_flight():
-    run(("lobby", 0.25, 1, False), LARGE, "verilator", cycles=200_000, tests=("reset_in_flight",), pipelines=2,
-        ports_only=True)
+    run(("lobby", 0.25, 1, False), LARGE, "verilator", cycles=200_000, tests=("reset_in_flight",), pipelines=2)

@@ -29,7 +29,6 @@ from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
-from tb.lib.signature import port_patterns
 from tb.lib.stall_patterns import STALL_PAIRS
 
 # Small enough for short tests: a sweep of the ray memory has as many cycles as rays. Two bits of tags run out after
@@ -422,9 +421,8 @@ QUICK = ("orders", "hard_patches", "sections", "every_pair_of_stalls", "reset_in
 def run(name, tests, *, simulator="verilator", changes=None, preset="tiny", **given):
     changes = {**SMALL, **(changes or {})}
     component = IntersectionUnit(config=config_of(changes, preset))
-    # With its ports alone the unit compiles and runs several times as fast.
-    simulate(component, __name__, tests, simulator=simulator, name=name, changes=changes, preset=preset,
-             visible=port_patterns(component.signature), **given)
+    simulate(component, __name__, tests, simulator=simulator, name=name, changes=changes,
+             preset=preset, **given)
 
 
 @pytest.mark.sim
