@@ -39,7 +39,8 @@ def test_full_networks_drain_and_a_stalled_cluster_blocks_no_other(name, simulat
 
 
 @pytest.mark.sim
-@pytest.mark.parametrize("name", LARGE)
+@pytest.mark.parametrize("name", ["cube", pytest.param("mesh", marks=pytest.mark.nightly),
+                                  pytest.param("torus", marks=pytest.mark.nightly)])
 def test_large_ones_too(name):
     run(name, LARGE[name], TESTS, simulator="verilator", requests=150)
 
