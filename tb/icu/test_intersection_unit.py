@@ -94,7 +94,7 @@ async def orders(dut):
     bench = bench_of(dut)
     await RisingEdge(dut.clk)
     assert_known(dut, [*bench.ports.sources, *bench.ports.sinks])
-    for scene in ("cornell", "soup 3"):
+    for scene in options().get("scenes", ("cornell", "soup 3")):
         frusta = Frusta(bench, scene=scene)
         ids = np.arange(len(frusta.geometry))
         for record in frusta.records:
@@ -444,7 +444,7 @@ def test_many_hard_patches():
 @pytest.mark.nightly
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])
 def test_the_unit_in_icarus(simulator):
-    run("unit-icarus", ("orders", "reset_in_flight"), simulator=simulator)
+    run("unit-icarus", ("orders", "reset_in_flight"), simulator=simulator, scenes=["soup 3"])
 
 
 @pytest.mark.nightly
@@ -453,7 +453,7 @@ def test_the_unit_in_icarus(simulator):
                                      {"icu.uv_bits": 0}],
                          ids=["narrow", "1 register", "3 registers", "small tiles", "large tiles", "no u and v"])
 def test_other_widths_and_depths(changes, request):
-    run(request.node.callspec.id, ("orders", "every_pair_of_stalls"), changes=changes)
+    run(request.node.callspec.id, ("orders", "every_pair_of_stalls"), changes=changes, few_stalls=True)
 
 
 @pytest.mark.nightly

@@ -38,6 +38,8 @@ class _Run:
         self.dut = dut
 
         self.cases = [case for case in self.bench.known_cases().values() if case.simulated]
+        # Drawn vectors have predicted cycles if those of any case have.
+        self.times_drawn = any(case.timed for case in self.cases)
         self.given = [self.enough(case.vectors(self.config)) for case in self.cases]
 
     def enough(self, given):
@@ -126,7 +128,7 @@ async def stall_patterns(dut):
             if unknown:
                 assert_known(dut, [*ports.sources, *ports.sinks])
                 unknown = False
-            await run.play(ports, part, draws or case.timed)
+            await run.play(ports, part, run.times_drawn if draws else case.timed)
             ports.stop()
 
 
@@ -149,7 +151,7 @@ async def resets_in_flight(dut):
         given = run.drawn(number) if draws else given
         await run.prepare(ports, given)
         part = given if draws else _parts(given, len(STALLS), run.bench.splits)[0]
-        await run.play(ports, part, draws or run.cases[0].timed)
+        await run.play(ports, part, run.times_drawn if draws else run.cases[0].timed)
         ports.stop()
 
 

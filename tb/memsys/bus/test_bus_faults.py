@@ -241,4 +241,4 @@ def test_bus_faults():
 @pytest.mark.nightly
 @pytest.mark.parametrize("changes", [{}, {"data_bits": 512}, {"outstanding": 1, "burst_beats": 2}], ids=str)
 def test_many_bus_faults(changes):
-    run(f"bus_faults-{'-'.join(map(str, changes.values()))}", 20, "verilator", **changes)
+    run(f"bus_faults-{'-'.join(map(str, changes.values()))}", 8, "verilator", **changes)

@@ -72,7 +72,7 @@ def drawn(number):
 
 
 @pytest.mark.parametrize("count", [
-    2, pytest.param(8, marks=pytest.mark.sim), pytest.param(1000, marks=pytest.mark.nightly)])
+    2, pytest.param(8, marks=pytest.mark.sim), pytest.param(300, marks=pytest.mark.nightly)])
 def test_two_and_three_faults(bench, count):
     for number in range(count):
         draw, faults = drawn(number)
