@@ -1,5 +1,6 @@
 """Rules of every run of tests: none is skipped, tests that share what is expensive to make run in one process,
-SEED in the environment replays what a run has drawn, and a run says how many tests each folder has.
+SEED in the environment replays what a run has drawn, NIGHTS=10 has campaigns draw ten times as much, and a run says how
+many tests each folder has.
 
 Cases that need Icarus Verilog have the mark ``icarus``. Where it is not installed they are left out and counted; with
 ICARUS=required in the environment the run fails instead.
@@ -22,10 +23,11 @@ _left_out: list[int] = [0]
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config):
     """Pass the run's seed to Hypothesis."""
-    if (seed := os.environ.get("SEED")) is not None:
-        if not seed.isdecimal():
-            raise pytest.UsageError(f"SEED must be an integer of at least 0, not {seed!r}")
-        config.option.hypothesis_seed = int(seed)
+    for name, least in (("SEED", 0), ("NIGHTS", 1)):
+        if (value := os.environ.get(name)) is not None and not (value.isdecimal() and int(value) >= least):
+            raise pytest.UsageError(f"{name} must be an integer of at least {least}, not {value!r}")
+    if "SEED" in os.environ:
+        config.option.hypothesis_seed = int(os.environ["SEED"])
     if os.environ.get("ICARUS") == "required" and shutil.which("iverilog") is None:
         raise pytest.UsageError("Icarus Verilog is not installed: apt-get install iverilog")
 

@@ -22,6 +22,7 @@ from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.no_x import assert_known
 from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
+from tb.lib.seed import NIGHTS
 from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 
@@ -252,7 +253,7 @@ def test_cells_of_golden_on_screens():
 def test_many_free_runs():
     # So few slots that many rays share each.
     run(None, {**LARGE, "ctu.run_ahead": 2, "ctu.ray_slots": 16}, "verilator", tests=("free_running",), pipelines=2,
-        runs=60, cycles=4_000_000)
+        runs=20 * NIGHTS, cycles=2_000_000 * NIGHTS)
 
 
 @pytest.mark.nightly

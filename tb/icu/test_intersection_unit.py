@@ -29,6 +29,7 @@ from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.seed import NIGHTS
 from tb.lib.stall_patterns import STALL_PAIRS
 
 # Small enough for short tests: a sweep of the ray memory has as many cycles as rays. Two bits of tags run out after
@@ -105,7 +106,7 @@ async def orders(dut):
 @cocotb.test()
 async def hard_patches(dut):
     """Many small soups with slivers, doubled and coplanar patches."""
-    await start(dut, cycles=2_000_000)
+    await start(dut, cycles=200_000 + 10 * options()["pairs"])
     bench = bench_of(dut)
     random = np.random.default_rng(options()["seed"])
     pairs = inside = 0
@@ -438,7 +439,7 @@ def test_all_pairs_of_stalls():
 
 @pytest.mark.nightly
 def test_many_hard_patches():
-    run("unit-hard", ("hard_patches",), pairs=200_000)
+    run("unit-hard", ("hard_patches",), pairs=50_000 * NIGHTS)
 
 
 @pytest.mark.nightly

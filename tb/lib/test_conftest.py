@@ -52,10 +52,11 @@ def test_cases_for_icarus_are_left_out_and_counted_where_it_is_missing(tmp_path,
     assert "left out, Icarus Verilog is not installed: 1 tests\n" in said
 
 
-@pytest.mark.parametrize("seed", ["", "-1", "x", "1.5"])
-def test_a_seed_that_is_no_number_ends_the_run_with_one_line(tmp_path, seed):
-    code, said = run(tmp_path, {"test_it.py": PASSES}, SEED=seed)
-    assert (code, said) == (4, f"ERROR: SEED must be an integer of at least 0, not {seed!r}\n\n")
+@pytest.mark.parametrize(("name", "value", "least"), [
+    ("SEED", "", 0), ("SEED", "-1", 0), ("SEED", "1.5", 0), ("NIGHTS", "x", 1), ("NIGHTS", "0", 1)])
+def test_a_seed_or_a_number_of_nights_that_is_none_ends_the_run_with_one_line(tmp_path, name, value, least):
+    code, said = run(tmp_path, {"test_it.py": PASSES}, **{name: value})
+    assert (code, said) == (4, f"ERROR: {name} must be an integer of at least {least}, not {value!r}\n\n")
 
 
 def test_a_run_that_requires_icarus_fails_without_it(tmp_path, without_icarus):

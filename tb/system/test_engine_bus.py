@@ -24,6 +24,7 @@ from tb.axi.port_monitor import PortMonitor
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import options, simulate
+from tb.lib.seed import NIGHTS
 from tb.lib.stall_patterns import STALLS
 from tb.memsys.faulty_memory import READ_FAULTS, WRITE_FAULTS, BusFault, FaultyMemory
 from tb.memsys.memory_bench import ModelAtPort
@@ -40,7 +41,7 @@ KINDS = (*READ_FAULTS, *WRITE_FAULTS, *OWN)
 WATCHDOG, RESUME, TIMEOUT = 30_000, 10_000, 100_000
 # Attempts until the machine has recovered: late replies are outstanding for three time-outs.
 ATTEMPTS = 20
-FAULTS = 300
+FAULTS = 30 * NIGHTS
 # Numbers of the faults of each run. A fault that no burst of the job can have does not count: some more are drawn.
 CHOSEN = [int(number) for number in os.environ.get("FAULTS", "").split(",") if number]
 PARTS = [CHOSEN] if CHOSEN else [[*range(first, first + 55)] for first in range(0, FAULTS + FAULTS // 10, 55)]

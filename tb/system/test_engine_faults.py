@@ -16,7 +16,7 @@ from hw.registers.engine_registers import register
 from hw.registers.error_code import ErrorCode
 from radiosity.flow.host import EngineError
 from radiosity.flow.simulator.simulated_port import complete
-from tb.lib.seed import SEED
+from tb.lib.seed import NIGHTS, SEED
 from tb.system.job_machine import CLUSTERS, SMALL, TWO_CLUSTERS, JobMachine, cornell, planned
 
 POINTS = (5, 6, 9, 10, 0, 3)
@@ -425,7 +425,7 @@ def test_resets_at_any_time(clusters):
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
 @pytest.mark.parametrize("count", [
-    pytest.param(1, marks=pytest.mark.sim), pytest.param(30, marks=pytest.mark.nightly)])
+    pytest.param(1, marks=pytest.mark.sim), pytest.param(6 * NIGHTS, marks=pytest.mark.nightly)])
 def test_words_of_tables_that_are_anything(clusters, count):
     """A load or a section ends all the same, with an error or without one; no byte beside the results is written, and
     the next job is right.

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from tb.lib.seed import SEED
+from tb.lib.seed import NIGHTS, SEED
 from tb.system.fault_campaign import FaultCampaign
 from tb.system.job_machine import TWO_CLUSTERS
 
@@ -15,7 +15,7 @@ NO_STORE = {"memsys.store_patches": 0}
 @pytest.mark.parametrize(("clusters", "changes", "count"), [
     pytest.param(2, {}, 6, marks=TWO_CLUSTERS),
     *(pytest.param(clusters, changes, count, marks=pytest.mark.nightly) for clusters, changes, count in (
-        (1, {}, 600), (2, {}, 800), (4, {}, 600), (2, NO_STORE, 300)))])
+        (1, {}, 60 * NIGHTS), (2, {}, 80 * NIGHTS), (4, {}, 60 * NIGHTS), (2, NO_STORE, 30 * NIGHTS)))])
 def test_faults_upon_faults(clusters, changes, count):
     with FaultCampaign(clusters, **changes) as campaign:
         for number in range(count):

@@ -13,7 +13,7 @@ from hw.registers.engine_registers import ENGINE_REGISTERS
 from hw.registers.error_code import ErrorCode
 from hw.registers.register import WORD_BYTES, Access, addresses
 from radiosity.flow.host import RegisterError
-from tb.lib.seed import SEED
+from tb.lib.seed import NIGHTS, SEED
 from tb.system.job_machine import CLUSTERS, JobMachine, cornell, planned
 
 KINDS = "register", "descriptor", "header", "record"
@@ -145,7 +145,7 @@ class IllegalValues:
 
 
 @pytest.mark.parametrize("clusters", CLUSTERS)
-@pytest.mark.parametrize("count", [8, pytest.param(300, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [8, pytest.param(40 * NIGHTS, marks=pytest.mark.nightly)])
 def test_each_ends_in_its_code_and_the_next_job_is_exact(clusters, count):
     with IllegalValues(clusters) as values:
         for at in range(count):

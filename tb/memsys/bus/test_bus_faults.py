@@ -12,6 +12,7 @@ from hw.memsys.port.main_memory_port import MainMemoryPort
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
 from tb.lib.runner import options, simulate
+from tb.lib.seed import NIGHTS
 from tb.memsys.faulty_memory import READ_FAULTS, WRITE_FAULTS, BusFault, FaultyMemory
 from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.port.port_bench import BASE, READ, SMALL, TAG, WRITE, Bench, content
@@ -241,4 +242,4 @@ def test_bus_faults():
 @pytest.mark.nightly
 @pytest.mark.parametrize("changes", [{}, {"data_bits": 512}, {"outstanding": 1, "burst_beats": 2}], ids=str)
 def test_many_bus_faults(changes):
-    run(f"bus_faults-{'-'.join(map(str, changes.values()))}", 8, "verilator", **changes)
+    run(f"bus_faults-{'-'.join(map(str, changes.values()))}", 3 * NIGHTS, "verilator", **changes)

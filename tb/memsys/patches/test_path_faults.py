@@ -8,7 +8,7 @@ import pytest
 
 from hw.memsys.patches.path_formats import RequestKind
 from tb.lib.configurations import config_of
-from tb.lib.seed import SEED
+from tb.lib.seed import NIGHTS, SEED
 from tb.memsys.path_faults import FaultBench, Faults, Scene
 
 CONFIG = config_of({
@@ -72,7 +72,7 @@ def drawn(number):
 
 
 @pytest.mark.parametrize("count", [
-    2, pytest.param(8, marks=pytest.mark.sim), pytest.param(300, marks=pytest.mark.nightly)])
+    2, pytest.param(8, marks=pytest.mark.sim), pytest.param(100 * NIGHTS, marks=pytest.mark.nightly)])
 def test_two_and_three_faults(bench, count):
     for number in range(count):
         draw, faults = drawn(number)
