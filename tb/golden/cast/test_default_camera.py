@@ -86,7 +86,3 @@ def test_a_lamp_far_above_does_not_make_the_object_small():
                   material=np.r_[np.zeros(len(patches)), 1],
                   materials=(replace(source, emission=(0, 0, 0)), replace(source, emission=(1, 1, 1))))
     assert np.linalg.norm(np.subtract(default_camera(scene).eye, (0, 0, 0))) < 6
-
-
-def test_the_default_view_is_the_same_every_time():
-    assert default_camera(nameless("lobby")) == default_camera(nameless("lobby"))

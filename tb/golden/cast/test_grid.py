@@ -33,12 +33,6 @@ def test_axis_parallel_rays_through_vertices_and_cell_corners_hit_what_naive_hit
     assert_same(scene, axis_rays(scene, 3, 3000), cell)
 
 
-@pytest.mark.parametrize("name", ["cornell", "tetra:3"])
-def test_built_in_scenes_hit_what_naive_hits(name):
-    scene = builtin_scene(name)
-    assert_same(scene, random_rays(scene, 11, 2000), None)
-
-
 def test_equally_near_patches_give_the_smaller_number():
     scene = soup(0)
     duplicates = {number: duplicate for number in range(len(scene)) for duplicate in range(number)
@@ -49,29 +43,6 @@ def test_equally_near_patches_give_the_smaller_number():
     for caster in (Naive(scene), Grid(scene)):
         hits = caster.nearest(Rays(origin, targets - origin))
         assert not set(hits.patch.tolist()) & set(duplicates)
-
-
-@pytest.mark.parametrize("name", ["lobby", "balls:1"])
-def test_any_hit_agrees_with_nearest_hit_on_whether_there_is_one(name):
-    scene = builtin_scene(name)
-    random = np.random.default_rng(5)
-    rays = random_rays(scene, 5, 3000)
-    rays = Rays(rays.origin, rays.direction, tmax=random.uniform(0, 1.5, len(rays)))
-    nearest, any_hit = Grid(scene).nearest(rays), Grid(scene).any_hit(rays)
-    np.testing.assert_array_equal(any_hit.patch >= 0, nearest.patch >= 0)
-    assert (any_hit.t >= nearest.t).all()
-    assert any_hit.tests.sum() <= nearest.tests.sum()
-
-
-def test_hits_do_not_depend_on_how_rays_are_batched():
-    scene = builtin_scene("lobby")
-    rays = random_rays(scene, 2, 2000)
-    caster = Grid(scene)
-    whole = caster.nearest(rays)
-    order = np.random.default_rng(0).permutation(len(rays))
-    for name in ("patch", "t", "tests", "steps"):
-        parts = np.concatenate([getattr(caster.nearest(rays[part]), name) for part in np.array_split(order, 7)])
-        np.testing.assert_array_equal(parts, getattr(whole, name)[order], err_msg=name)
 
 
 @pytest.mark.parametrize("fewest", [1 << 6, 1 << 12])
