@@ -137,7 +137,7 @@ def test_flits_are_those_of_an_example_by_hand():
     ones = bin(header).count("1")
     assert request_flits(config, source=3, destination=5, patch=0x1234) == [
         (header | (ones + 2) % 2 << 40, True, True)]
-    vertices = [(1, 2, 3), (0xABCDEF, 0x123456, 0xFEDCBA), (0, 0, 0), (0xFFFFFF, 0, 0)]
+    vertices = [(1, 2, 3), (0xABCDEF, 0x123456, 0xFEDCBA), (0, 0, 0), (-1, 0, 0)]
     flits = reply_flits(config, source=3, destination=5, patch=0x1234, surface=-2, vertices=vertices)
     # Surface -2 above the header, from bit 19: 51 bits, so two flits; then 72 bits, two flits, for each vertex.
     words = [header | 0xFFFFFFFE << 19, 0x000003000002000001, 0xFEDCBA123456ABCDEF, 0, 0xFFFFFF]

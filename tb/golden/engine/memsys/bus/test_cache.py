@@ -52,17 +52,6 @@ def test_access_by_access(policy, string, lines):
         assert (cache.hits, cache.misses) == (expected[0].sum(), (~expected[0]).sum())
 
 
-def test_a_cleared_cache_misses():
-    for policy in CachePolicy:
-        cache = Cache(policy, lines=8, ways=2)
-        assert not cache.access([3])[0].any()
-        assert cache.access([3])[0].all()
-        cache.clear()
-        hit, _, victim = cache.access([3])
-        assert not hit.any()
-        assert victim[0] == -1
-
-
 def test_the_configuration_says_the_policy_and_the_sizes():
     keys = np.random.default_rng(2).integers(0, 64, 4000)
     seen = set()
