@@ -16,7 +16,6 @@ from golden.engine.jobs.descriptor import (
     ANY_CLUSTER,
     DESCRIPTOR,
     RULES,
-    Kind,
     check_descriptor,
     frustum_descriptor,
     load_descriptor,
@@ -79,13 +78,6 @@ def test_a_load_has_its_image_and_regions_and_nothing_else():
     assert struct.unpack_from("<HBBBBHIIQ", data) == (1, 1, 0, 0, 0, 0, 7, 0x1FFF, 0x4000)
 
 
-def test_descriptors_return_from_their_bytes(frustum):
-    data = frustum.tobytes() + load_descriptor(64, 1).tobytes()
-    back = np.frombuffer(data, dtype=DESCRIPTOR.dtype)
-    assert section_of(back[0]) == SECTION
-    assert list(back["kind"]) == [Kind.FRUSTUM, Kind.LOAD]
-
-
 def test_the_whole_frustum_is_the_default(scene):
     record, table = scene
     assert section_of(frustum_descriptor(record, table)) == Sector.whole(record)
@@ -94,11 +86,6 @@ def test_the_whole_frustum_is_the_default(scene):
 def test_a_section_beyond_its_field_is_refused(scene):
     with pytest.raises(InputError, match=r"descriptor\.end_column must be 0 to 65535, not 65536"):
         frustum_descriptor(*scene, section=Sector(65000, 65536, 0, 1))
-
-
-def test_good_descriptors_are_executed(frustum):
-    assert check_descriptor(frustum, CONFIG) is None
-    assert check_descriptor(load_descriptor(64, 1), CONFIG) is None
 
 
 ADDRESS_BITS = CONFIG.memory.address_bits

@@ -167,20 +167,10 @@ def broken(image, **changes):
     ({"residence__cluster": 4}, r"residence\.cluster must be -2 to 3"),
     ({"residence__address": 2}, r"residence\.address of a copy"),
     ({"residence__address": -1}, r"residence\.address of a copy"),
-    ({"residence__address": 1 << 20}, r"residence\.address of a copy"),
-    ({"clusters__residents": 1}, "clusters must point into"),
-    ({"patch_lists__patch": 1 << 20}, r"patch_lists\.patch must be below"),
-    ({"rows__weight": 1 << 42}, r"rows\.weight must be below")])
+    ({"residence__address": 1 << 20}, r"residence\.address of a copy")])
 def test_broken_tables_are_refused(phase, change, message):
     with pytest.raises(InputError, match=f"memory image: {message}"):
         from_bytes(broken(phase[2], **change))
-
-
-def test_an_image_of_another_version_is_refused(phase):
-    data = bytearray(phase[2].to_bytes())
-    data[4] = 2
-    with pytest.raises(InputError, match="Version must be 3, not 2"):
-        from_bytes(bytes(data))
 
 
 def test_bits_of_loads_are_in_the_order_of_the_regions():

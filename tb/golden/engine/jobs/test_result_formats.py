@@ -31,7 +31,6 @@ from golden.engine.jobs.result_formats import (
 from tb.golden.at_ends import at_ends
 from tb.lib.schedules import SETTINGS
 
-BOTH = (HitFormat.FULL, HitFormat.COMPACT)
 MISS = (0, -1, 0, 0)
 
 
@@ -47,20 +46,17 @@ def drawn(inverse_bits, patch_bits, uv_bits):
         at_ends(0, (1 << uv_bits) - 1), at_ends(0, (1 << uv_bits) - 1)), max_size=9).map(hits_of)
 
 
+@pytest.mark.parametrize(("hit_format", "hits_of_its_widths"), [
+    (HitFormat.FULL, drawn(31, 31, 12)), (HitFormat.COMPACT, drawn(24, 24, 8))], ids=["full", "compact"])
 @SETTINGS
-@given(drawn(24, 24, 8), st.sampled_from(BOTH))
-def test_hits_return_bit_exact_from_both_formats(hits, hit_format):
-    data = pack_hits(hits, hit_format).tobytes()
-    assert len(data) == hit_format.bytes * len(hits.patch)
-    back = unpack_hits(data, hit_format)
+@given(data=st.data())
+def test_hits_of_all_widths_return_bit_exact(hit_format, hits_of_its_widths, data):
+    hits = data.draw(hits_of_its_widths)
+    packed = pack_hits(hits, hit_format).tobytes()
+    assert len(packed) == hit_format.bytes * len(hits.patch)
+    back = unpack_hits(packed, hit_format)
     assert not len(back.differences(hits))
     assert all(getattr(back, name).dtype == np.int64 for name in ("inverse", "patch", "u", "v"))
-
-
-@SETTINGS
-@given(drawn(31, 31, 12))
-def test_hits_of_all_configurations_return_from_16_bytes(hits):
-    assert not len(unpack_hits(pack_hits(hits, HitFormat.FULL).tobytes(), HitFormat.FULL).differences(hits))
 
 
 @SETTINGS

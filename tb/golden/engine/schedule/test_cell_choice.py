@@ -156,17 +156,11 @@ def test_cells_that_do_not_fit_are_no_candidates(cornell, changes):
         plan_job([phase_request([record], geometry, table, config, ratio=16)], config)
 
 
-def test_a_machine_too_small_for_any_cells_is_refused(cornell):
-    geometry, records = cornell
-    with pytest.raises(InputError, match="Shells must be at most 8"):
-        choose_cell(records, geometry, CONFIG.replace({"ctu.shell_bits": 3}), candidates=[0.0625, 0.1])
-
-
-def test_the_largest_cells_say_what_does_not_fit(cornell):
+def test_a_machine_too_small_for_any_cells_is_refused_by_what_the_largest_need(cornell):
     geometry, records = cornell
     messages = []
     for candidates in ([0.1], [0.0625], [0.1, 0.0625], [0.0625, 0.1]):
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(InputError, match="Shells must be at most 8") as caught:
             choose_cell(records, geometry, CONFIG.replace({"ctu.shell_bits": 3}), candidates=candidates)
         messages.append(str(caught.value))
     assert messages[0] != messages[1]
