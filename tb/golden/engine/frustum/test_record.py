@@ -39,12 +39,6 @@ def test_hemisphere_directions_are_the_floats_within_three_roundings(coordinates
     assert np.linalg.norm(integers, axis=-1).max() <= record.longest_direction
 
 
-def test_all_directions_are_in_the_order_of_the_rays(coordinates):
-    record = hemisphere_record(Hemisphere(8, 4), coordinates, coordinates.bounds.mean(axis=0), (0, 0, 1))
-    assert (record.all_directions()[3 * 8 + 5] == record.directions(5, 3)).all()
-    assert len(record.all_directions()) == len(record) == 32
-
-
 @pytest.mark.parametrize(("width", "height", "fov"), [(64, 64, 40), (640, 480, 40), (33, 7, 120), (1, 1, 90),
                                                       (100, 300, 1)])
 def test_screen_rays_are_those_of_the_camera(coordinates, width, height, fov):

@@ -1,4 +1,4 @@
-"""Degenerate quads: which parts of the definition of a split patch matter, and that the others do not.
+"""Degenerate quads: what the definition of a split patch needs, and that no flat patch is hit.
 
 A patch is split if it is neither strictly convex nor a triangle. Two of these words change no hit and no window:
 
@@ -44,21 +44,16 @@ def degenerate(count=60):
     return np.concatenate([*quads, nothing, point, flat])
 
 
-def variants(directions, planes):
-    """The planes with other definitions of a split patch, by name."""
+@pytest.fixture(scope="module")
+def quads():
+    """Directions and planes, split by the definition."""
+    directions, planes = setup(degenerate())
     winding = np.sign(np.einsum("pei,pei->pe", planes.planes[:, :4], np.roll(directions, -2, axis=1)))
     alike = (winding == winding[:, :1]).all(axis=1)
     is_triangle = (directions[:, 2] == directions[:, 3]).all(axis=1)
-    convex = alike & (winding[:, 0] != 0)
-    assert (planes.split == (~convex & ~is_triangle)).all()
-    made = {"weakly convex": ~alike & ~is_triangle, "triangles too": ~convex, "never": np.zeros_like(convex)}
-    return {name: EdgePlanes(planes.planes, planes.orientation, split) for name, split in made.items()}
-
-
-@pytest.fixture(scope="module")
-def quads():
-    directions, planes = setup(degenerate())
-    return directions, planes, variants(directions, planes)
+    is_convex = alike & (winding[:, 0] != 0)
+    assert (planes.split == (~is_convex & ~is_triangle)).all()
+    return directions, planes
 
 
 def rays_at(directions):
@@ -74,14 +69,15 @@ def rays_at(directions):
 
 
 def test_quads_that_are_not_convex_need_to_be_split(quads):
-    directions, planes, others = quads
+    directions, planes = quads
+    whole = EdgePlanes(planes.planes, planes.orientation, np.zeros_like(planes.split))
     patch, rays = rays_at(directions)
     distances = edge_distances(planes[patch], rays, CONFIG.numbers)
-    assert (inside(distances, planes[patch])[0] != inside(distances, others["never"][patch])[0]).any()
+    assert (inside(distances, planes[patch])[0] != inside(distances, whole[patch])[0]).any()
 
 
 def test_a_patch_without_orientation_is_never_hit(quads):
-    directions, planes, _ = quads
+    directions, planes = quads
     flat = ~planes.orientation.any(axis=1)
     assert flat.sum() > 100
     patch, rays = rays_at(directions)

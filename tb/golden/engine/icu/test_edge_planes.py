@@ -4,7 +4,6 @@ import numpy as np
 
 from golden.engine.icu.edge_planes import EDGES, edge_planes
 from golden.engine.icu.screening import edge_distances
-from golden.engine.lib.fixed import limbs
 from tb.golden.engine.icu.patches import CONFIG, KINDS, hard_patches, setup
 
 NUMBERS = CONFIG.numbers
@@ -60,12 +59,3 @@ def test_only_what_is_strictly_convex_stays_whole():
                       [[-9, -9, 9], [0, -9, 9], [9, -9, 9], [9, 9, 9]],
                       [[-9, -9, 9], [9, 9, 9], [9, -9, 9], [-9, 9, 9]]]) * 2**12
     assert edge_planes(quads, NUMBERS).split.tolist() == [False, True, True, True]
-
-
-def test_two_balanced_limbs_give_the_same_distances():
-    _, planes = setup(hard_patches("wide", 3, 300))
-    direction = np.random.default_rng(4).integers(-(2**16), 2**16 + 1, (300, 3))
-    high, low = limbs(planes.planes, 18)
-    assert np.abs(high).max() <= 2**17
-    parts = (np.einsum("pei,pi->pe", limb, direction) for limb in (high, low))
-    assert (edge_distances(planes, direction, NUMBERS) == next(parts) * 2**18 + next(parts)).all()

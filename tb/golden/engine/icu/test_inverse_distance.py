@@ -89,10 +89,3 @@ def test_no_ray_of_a_window_is_nearer_than_the_bound(record, kind):
         nearest = np.zeros(len(live), dtype=np.int64)
         np.maximum.at(nearest, patch, inverse)
         assert (limit - nearest <= 1).all()
-
-
-def test_a_hemispheres_bound_is_tight_for_a_patch_on_the_normal():
-    record = hemisphere(64, 16)
-    square = np.array([[[-9, -9, 90], [9, -9, 90], [9, 9, 90], [-9, 9, 90]]]) * 2**10
-    limit = bound(plane_factor(square, NUMBERS), None, record, CONFIG)
-    assert 1 <= decode(limit, NUMBERS)[0] * (90 * 2**10 / 2**22) < 1.002

@@ -30,8 +30,3 @@ def test_sums_of_a_closed_scene_are_one_exactly():
     sums = section_sums(patch, hemisphere.weights)
     assert int(sums.sum.sum()) == 2**40
     assert sums.sum[sums.patch.tolist().index(3)] == sum(hemisphere.weights[patch == 3].tolist())
-
-
-def test_rays_without_a_hit_count_for_no_patch():
-    sums = section_sums(np.array([-1, 1, -1, 1]), np.array([8, 4, 2, 1]))
-    assert (sums.patch.tolist(), sums.sum.tolist()) == ([1], [5])

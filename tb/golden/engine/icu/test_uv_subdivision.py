@@ -84,16 +84,6 @@ def test_corners_are_the_first_and_last_steps():
     assert list(zip(u.tolist(), v.tolist(), strict=True)) == [(0, 0), (255, 0), (255, 255), (0, 255)]
 
 
-def test_the_other_orientation_gives_the_same_position():
-    vertices, uv = patches_in_front(2, 500, 1)
-    good, u, v = subdivided(vertices, uv, Icu())
-    mirrored, um, vm = subdivided(vertices * [-1, 1, 1], uv, Icu())
-    both = np.intersect1d(good, mirrored)
-    pick, pick_mirrored = np.searchsorted(good, both), np.searchsorted(mirrored, both)
-    assert np.abs(u[pick] - um[pick_mirrored]).max() <= 1
-    assert np.abs(v[pick] - vm[pick_mirrored]).max() <= 1
-
-
 def test_alignment_fills_the_width_and_keeps_the_ratios():
     random = np.random.default_rng(3)
     distances = random.integers(-(2**52), 2**52, (2000, 6)) >> random.integers(0, 40, (2000, 6))
