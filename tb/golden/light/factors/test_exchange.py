@@ -59,14 +59,6 @@ def test_a_duct_with_an_adiabatic_side():
     assert STEFAN_BOLTZMANN * found.temperature[2]**4 == pytest.approx(found.irradiance[2], rel=1e-11)
 
 
-def test_a_given_flux_gives_the_temperature_that_causes_it():
-    emissivity, temperature = (0.8, 0.4, 0.6), np.array([1200.0, 500.0, 700.0])
-    forward = net_exchange(DUCT, temperature=temperature, emissivity=emissivity)
-    back = net_exchange(DUCT, temperature=(np.nan, 500.0, np.nan), emissivity=emissivity,
-                        flux=(forward.flux[0], np.nan, forward.flux[2]))
-    np.testing.assert_allclose(back.temperature, temperature, rtol=1e-11)
-
-
 @st.composite
 def enclosures(draw):
     """Sides of unequal areas, of which every two may see each other, open or closed or both."""

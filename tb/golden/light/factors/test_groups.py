@@ -1,6 +1,5 @@
 """View factors of groups of patches: closed forms of what was cut, and errors by hand."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,20 +57,6 @@ def test_means_and_errors_of_a_group_are_those_by_hand():
     assert found.hidden_error == pytest.approx(0.001 * np.sqrt(2))
     assert (found.surface.tolist(), found.patch.tolist()) == (["sun", "Wand süd"], [0, 1])
     assert found.row_sums is None
-
-
-def test_one_direction_s_error_counts_twice_where_both_are_in_the_group():
-    """Two patches of area 1 and 3 as one: 2 A F = 0.6 with the error of the one estimate A F = 0.3, twice."""
-    matrix = sparse.csr_array([(0, 0.3), (0.1, 0)])
-    error = sparse.csr_array([(0, 0.06), (0.02, 0)])
-    factors = replace(three_sides(), F=matrix, error=error, unprojected=None, unprojected_sky=None, row_sums=None,
-                      sky=np.array([0.7, 0.9]), back=np.zeros(2), area=np.array([1.0, 3]), normal=np.eye(3)[:2],
-                      surface=np.array(["a", "a"]), patch=np.arange(2), front=np.ones(2, dtype=bool),
-                      sky_error=None, sky_patches=None, sky_patches_error=None)
-    found = by_surface(factors)
-    assert found.F.toarray() == pytest.approx(np.array([[0.6 / 4]]))
-    assert found.error.toarray() == pytest.approx(np.array([[2 * 0.06 / 4]]))
-    assert found.closure < 1e-12
 
 
 def test_groups_of_one_change_nothing():

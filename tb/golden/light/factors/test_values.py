@@ -19,16 +19,6 @@ def view_factors(scene, **settings):
     return compute_view_factors(FactorRows(scene, Grid(scene), **settings))
 
 
-@pytest.mark.parametrize("error", [1e-5, 1e-3, 1e-2])
-@pytest.mark.parametrize(("x", "y"), [(2, 2), (0.3, 5)])
-def test_opposed_plates_c11(x, y, error):
-    scene = scene_of(([rectangle((0, 0, 0), (x, 0, 0), (0, y, 0)), rectangle((0, 0, 1), (0, y, 0), (x, 0, 0))], BLACK))
-    result = view_factors(scene, error=error)
-    assert result.F[0, 1] == pytest.approx(c_11(x, y), rel=0, abs=1e-7)
-    assert result.error[0, 1] == 0
-    np.testing.assert_allclose(result.sky, 1 - c_11(x, y), rtol=0, atol=1e-7)
-
-
 @pytest.mark.parametrize(("w", "h"), [(1, 1), (0.2, 3)])
 def test_plates_with_a_common_edge_c14(w, h):
     scene = scene_of(([rectangle((0, 0, 0), (w, 0, 0), (0, 1, 0)), rectangle((0, 0, 0), (0, 1, 0), (0, 0, h))], BLACK))
