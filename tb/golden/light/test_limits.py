@@ -124,11 +124,9 @@ def test_a_line_names_materials_their_share_and_the_size_of_steps():
 
 @pytest.mark.parametrize("is_curved", [False, True])
 def test_the_summary_names_curved_bodies_that_enter_others(is_curved):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", InputWarning)
-        ball = [(sphere((2, 1.5, 0.5), 0.4, segments=8), GREY, {"smooth": True})] * is_curved
-        scene = scene_of((CEILING, GREY), (box((1, 1, -1), (2, 2, 1)), GREY), *ball, background=SKY)
-        stats = picture(scene, looking((3, 3, 4), (1, 1, 0)), max_edge=0.5).stats
+    ball = [(sphere((2, 1.5, 0.5), 0.4, segments=8), GREY, {"smooth": True})] * is_curved
+    scene = scene_of((CEILING, GREY), (box((1, 1, -1), (2, 2, 1)), GREY), *ball, background=SKY)
+    stats = picture(scene, looking((3, 3, 4), (1, 1, 0)), max_edge=0.5).stats
     line = ("light along the lines where curved bodies enter others: it is too dark within an element of them; a "
             "smaller --max-edge, or bodies that end where they meet others, helps")
     assert (line in stats["not_computed"]) == is_curved

@@ -65,21 +65,11 @@ def test_reinhards_white_is_what_a_hundredth_of_the_pixels_exceed_but_at_least_1
     assert (shown[198] == 255) == (brightest >= 1)
 
 
-def test_reinhard_leaves_a_dark_picture_dark():
-    """White is at least 1: with it the curve is the identity below."""
-    assert tone_map(grey(0.1, 0.2, 0.4), exposure=1.0, gamma=1.0)[0, :, 0].tolist() == [26, 51, 102]
-
-
 def test_reinhard_halves_unit_luminance_below_a_far_white_and_keeps_hue():
     image = np.array([[[2.0, 0.8, 0.2], [1e8, 1e8, 1e8]]])
     image[0, 0] /= luminance(image[0, 0])
     shown = tone_map(image, exposure=1.0, gamma=1.0)
     np.testing.assert_allclose(shown[0, 0] / 255, np.minimum(image[0, 0] / 2, 1), atol=1 / 500)
-
-
-def test_reinhard_leaves_an_image_alone_that_needs_no_compression():
-    image = grey(0.0, 0.25, 0.5, 1.0)
-    np.testing.assert_array_equal(tone_map(image, exposure=1.0), tone_map(image, exposure=1.0, curve="linear"))
 
 
 @pytest.mark.parametrize("bad", [
@@ -89,11 +79,3 @@ def test_reinhard_leaves_an_image_alone_that_needs_no_compression():
 def test_bad_settings_are_named(bad):
     with pytest.raises(InputError, match=next(iter(bad)).capitalize()):
         tone_map(grey(1.0), **bad)
-
-
-def test_few_very_bright_pixels_do_not_darken_the_others():
-    ramp = np.linspace(2, 6, 1000)
-    bright, brighter = (tone_map(grey(*ramp, *np.full(5, lamp)), exposure=1.0)[0, :, 0] for lamp in (1e2, 1e6))
-    np.testing.assert_array_equal(bright, brighter)
-    assert bright[999] == 255
-    assert bright[500] < 250

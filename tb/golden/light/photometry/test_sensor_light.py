@@ -34,14 +34,6 @@ def test_a_sun_follows_the_cosine():
     np.testing.assert_allclose(found, np.array([1, 1, 0])[:, None] * COLOUR / np.sqrt(2) / np.pi, rtol=1e-9)
 
 
-def test_an_area_light_has_its_form_factor():
-    lamp = rectangle((-0.5, -0.5, 2), (0, 1, 0), (1, 0, 0))
-    scene = scene_of((FLOOR, BLACK), (lamp, Material(name="lamp", emission=tuple(COLOUR))))
-    places = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0.5)])
-    truth = point_to_polygon(places, np.tile((0, 0, 1), (3, 1)), lamp[None])
-    np.testing.assert_allclose(measured(scene, places, np.tile((0, 0, 1), (3, 1))), truth * COLOUR, rtol=0.01)
-
-
 def test_a_sensor_on_a_surface_is_not_shaded_by_it():
     """Of a surface that is not along an axis, so that rounding leaves the sensor below or above it."""
     slope = rectangle((-9, -9, -3), (18, 0, 2), (0, 18, 4))
