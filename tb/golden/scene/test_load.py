@@ -9,11 +9,6 @@ from golden.scene.load import load_scene
 from tb.golden.scene.files import BOX, BOX_QUADS, ELL, FORMATS, SQUARE, fans, gltf, obj, ply, refusal, write
 
 
-def box_mesh():
-    quads = np.array(BOX_QUADS)
-    return trimesh.Trimesh(np.array(BOX, dtype=float), quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), process=False)
-
-
 def grid_quads(count):
     number = np.arange((count + 1) ** 2).reshape(count + 1, count + 1)
     points = [(0.1 * i, 0.1 * j, 0.5) for i in range(count + 1) for j in range(count + 1)]
@@ -69,15 +64,6 @@ def test_triangles_among_polygons_stay_triangles(tmp_path):
     assert scene.is_triangle.tolist() == [False, True, True]
 
 
-def test_coordinates_stay_and_up_is_the_formats(tmp_path):
-    points, quads = grid_quads(1)
-    for name, up in (("a.obj", (0, 1, 0)), ("a.ply", (0, 0, 1)), ("a.stl", (0, 0, 1)), ("a.glb", (0, 1, 0))):
-        key = next(key for key in FORMATS if key.endswith(name[1:]))
-        scene = load_scene(write(tmp_path, name, FORMATS[key](points, quads)))
-        assert scene.up == up
-        assert np.allclose(scene.bounds, [(0, 0, 0.5), (0.1, 0.1, 0.5)])
-
-
 def test_faces_over_an_edge_below_the_crease_are_smooth(tmp_path):
     angle = np.linspace(0, 2 * np.pi, 25)[:-1]
     points = [(x, y, z) for z in (0, 1) for x, y in zip(np.cos(angle), np.sin(angle), strict=True)]
@@ -108,15 +94,6 @@ def test_glass_bodies_look_outwards_however_they_are_wound(tmp_path, faces, reve
     assert (np.einsum("ij,ij->i", outward, scene.normals)[:6] > 0).all()
     assert scene.normals[6].tolist() == [0, 0, 1]
     assert scene.is_triangle[6]
-
-
-@pytest.mark.filterwarnings("ignore:.*texture of a face without coordinates")
-def test_the_mean_colour_of_a_picture_is_linear(tmp_path):
-    from PIL import Image
-    Image.fromarray(np.array([[[0, 0, 0], [255, 255, 255]]], dtype=np.uint8)).save(tmp_path / "my map.png")
-    write(tmp_path, "a.mtl", "newmtl a\nKd 1 0.5 1\nmap_Kd my map.png\n")
-    scene = load_scene(write(tmp_path, "a.obj", "mtllib a.mtl\nusemtl a\n" + obj(BOX, BOX_QUADS)))
-    assert scene.materials[0].diffuse == pytest.approx((0.5, 0.25, 0.5), abs=0.005)
 
 
 def test_ply_face_and_vertex_colours_become_materials(tmp_path):
@@ -250,7 +227,7 @@ def test_missing_files_and_directories_are_named(tmp_path):
 
 
 def test_a_gltf_buffer_that_is_not_there_is_one_line(tmp_path):
-    files = trimesh.Scene(box_mesh()).export(file_type="gltf")
+    files = trimesh.Scene(trimesh.creation.box()).export(file_type="gltf")
     path = write(tmp_path, "model.gltf", files["model.gltf"])
     with pytest.raises(InputError) as error:
         load_scene(path)

@@ -36,14 +36,6 @@ def test_a_built_in_scene_has_the_zenith_that_is_given():
     assert open_scene("cornell", zenith=[0, 0, 1]).up == (0, 0, 1)
 
 
-def test_facets_reach_the_file(tmp_path):
-    """Two triangles of a square stay two patches, with front alone."""
-    path = tmp_path / "square.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n")
-    assert len(open_scene(path)) == 1
-    assert len(open_scene(path, facets=True)) == 2
-
-
 @pytest.mark.parametrize(("spec", "message"), [
     ("cornel", "scene 'cornel': no built-in scene and no file has that name; did you mean 'cornell'? Built in are "
      "cornell, "),

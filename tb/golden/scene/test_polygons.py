@@ -133,11 +133,6 @@ def test_a_pair_that_is_no_strictly_convex_quad_does_not_merge():
     assert len(set(surface)) == 1
 
 
-def test_many_triangles_in_any_order_merge_wholly():
-    cut = np.random.default_rng(1).permutation(triangles(grid(100, 100)))
-    assert len(merge_triangles(cut, np.zeros(len(cut)))[0]) == 100 * 100
-
-
 @pytest.mark.parametrize("offset", [0.0, 1.0, 100.0])
 def test_float32_rounding_leaves_a_planar_quad_whole(offset):
     quads = (grid(20, 20, matrix=rotation(11)) + offset).astype(np.float32).astype(np.float64)

@@ -114,13 +114,6 @@ def test_locate_finds_the_element_in_which_the_point_lies(patch, max_edge):
     assert side.min() > -1e-12
 
 
-def test_locate_takes_the_borders_of_a_patch():
-    refined = refine(scene(TRAPEZOID, TRIANGLE), max_edge=0.5)
-    u, v = (side.ravel() for side in np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0]))
-    for patch in (0, 1):
-        assert (refined.parent[refined.locate(np.full(9, patch), u, v)] == patch).all()
-
-
 @pytest.mark.parametrize(("bounds", "message"), [
     ({"max_edge": 0}, "refinement: Max edge must be a finite value above 0, not 0"),
     ({"max_edge": float("nan")}, "refinement: Max edge must be a finite value above 0, not nan"),

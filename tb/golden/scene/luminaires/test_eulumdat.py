@@ -18,10 +18,6 @@ def first(text):
     return {plane: row[0] for plane, row in zip(found.planes.tolist(), found.candela.tolist(), strict=True)}
 
 
-def test_intensities_are_per_thousand_lumens():
-    assert first(eulumdat(flux=2500, factor=2)) == {0: 500}
-
-
 @pytest.mark.filterwarnings("ignore:not used. sets of lamps beside the first")
 @pytest.mark.parametrize("examples", [60, pytest.param(500, marks=pytest.mark.nightly)])
 def test_symmetric_lights_are_completed_with_any_lamps_and_factors_in_every_dialect(examples):
@@ -51,11 +47,6 @@ def test_the_opening_is_in_metres_with_its_length_along_c90_and_round_without_a_
     found = read_eulumdat(eulumdat(size=size).encode())
     assert found.opening == pytest.approx(opening)
     assert found.is_round == is_round
-
-
-@pytest.mark.filterwarnings("ignore:not used. sets of lamps beside the first")
-def test_the_first_of_several_sets_of_lamps_counts_and_decimal_commas_do():
-    assert first(eulumdat(sets=3, flux="2000,0")) == {0: 200}
 
 
 @pytest.mark.parametrize(("text", "message"), [

@@ -56,12 +56,6 @@ def test_planes_may_be_unevenly_spaced_or_one(horizontal, values, whole):
     assert {plane: row[0] for plane, row in candela(ies(horizontal=horizontal, candela=rows)).items()} == whole
 
 
-@pytest.mark.parametrize(("unit", "size", "opening"), [
-    (2, (0.6, 1.2, 0), (1.2, 0.6)), (1, (2, 4, 0), (1.2192, 0.6096))])
-def test_the_opening_is_in_metres_with_its_length_along_c0(unit, size, opening):
-    assert read_ies(ies(unit=unit, size=size).encode()).opening == pytest.approx(opening)
-
-
 OLD, SINCE_2002 = ("IESNA91", "IESNA:LM-63-1995"), ("IESNA:LM-63-2002", "IES:LM-63-2019")
 
 
