@@ -24,14 +24,6 @@ def hall(request):
     return builtin_scene(request.param)
 
 
-def test_scene_is_made_alike_twice(scene):
-    again = builtin_scene(scene.name)
-    for name in ("vertices", "material", "surface", "smooth", "two_sided"):
-        assert getattr(scene, name).tobytes() == getattr(again, name).tobytes()
-    assert scene.materials == again.materials
-    assert scene.camera == again.camera
-
-
 def test_patches_are_planar_and_strictly_convex(scene):
     assert_good_patches(scene.vertices, scene.size)
     assert is_convex_quad(scene.vertices[~scene.is_triangle]).all()
