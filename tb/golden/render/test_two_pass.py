@@ -320,13 +320,6 @@ def test_another_seed_gives_another_image_of_the_same_thing(room, image_of_room)
     assert other.mean() == pytest.approx(image_of_room.image.mean(), rel=0.05)
 
 
-@pytest.mark.parametrize(("samples", "rays"), [(1, 1), (4, 4), (9, 9)])
-def test_samples_are_a_square_grid(samples, rays):
-    result = picture(scene_of((FLOOR, LAMP)), at_angle(0), samples=samples)
-    assert result.stats["rays"]["primary"]["rays"] == 120 * rays
-    np.testing.assert_allclose(result.image, np.broadcast_to(COLOUR, (10, 12, 3)), rtol=1e-14)
-
-
 def test_samples_of_a_pixel_cover_it_evenly():
     """The border of a lamp through the middle of the pixels: each takes half its fields, at most a row of them errs."""
     panel = rectangle((0, -9, 1), (0, 18, 0), (9, 0, 0))

@@ -1,11 +1,9 @@
 import numpy as np
 import pytest
 
-from golden.base.errors import InputError
 from golden.cast.oracle import Oracle
 from golden.engine.cast.differences import oracle_rays
 from golden.engine.cast.naive_fixed import NaiveFixed
-from golden.engine.config import PRESETS
 from golden.engine.icu.intersection import intersect
 from golden.engine.icu.inverse_distance import decode
 from golden.engine.icu.patch_setup import PatchSetup
@@ -110,9 +108,3 @@ def test_the_source_is_never_hit_and_its_neighbours_are():
     hits = NaiveFixed(geometry, CONFIG).cast(record)
     assert (hits.patch >= 0).all()
     assert (scene.surface[hits.patch] != scene.surface[patch]).all()
-
-
-def test_a_frustum_beyond_the_ray_memory_is_refused():
-    _, geometry, record = room("cornell", 1)
-    with pytest.raises(InputError, match=r"^frustum: Rays must be at most icu\.rays"):
-        NaiveFixed(geometry, PRESETS["tiny"].replace({"icu.rays": 64})).cast(record)

@@ -64,14 +64,6 @@ def test_threads_do_not_change_the_bytes(scene, tmp_path):
     assert found[0] == found[1]
 
 
-def test_an_error_in_a_thread_ends_the_work(scene, tmp_path):
-    rows = Rows(scene, last=2, block_rows=1)
-    rows.jobs = 2
-    with pytest.raises(KeyboardInterrupt):
-        compute_view_factors(rows)
-    assert len(rows.computed) < 5
-
-
 def test_work_of_one_block_is_not_kept(scene, tmp_path):
     compute_view_factors(Rows(scene, block_rows=24), store=BlockStore(tmp_path / "blocks", KEY, resume=True))
     assert not (tmp_path / "blocks").exists()

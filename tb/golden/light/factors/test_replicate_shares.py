@@ -12,14 +12,6 @@ def shares_of(part, count):
     return replicate_shares(np.full(part.shape, float(count)), part, np.full(len(part), float(count * REPLICATES)))
 
 
-def test_scatter_of_replicates_is_the_error():
-    generator = np.random.default_rng(1)
-    share, error = shares_of(generator.binomial(400, 0.3, size=(500, REPLICATES)), 400)
-    deviation = np.sqrt(0.3 * 0.7 / 400 / REPLICATES)
-    assert error.mean() == pytest.approx(1.09 * deviation, rel=0.05)
-    assert 0.93 <= (np.abs(share - 0.3) <= 2 * error).mean() <= 0.97
-
-
 def test_tails_are_those_of_as_many_replicates():
     """Student's distribution, scaled to the normal one's share within two: its tails are heavier."""
     generator = np.random.default_rng(3)
