@@ -320,6 +320,12 @@ def test_another_seed_gives_another_image_of_the_same_thing(room, image_of_room)
     assert other.mean() == pytest.approx(image_of_room.image.mean(), rel=0.05)
 
 
+def test_the_solver_is_the_requested_one():
+    names = ("gauss-jacobi", "progressive", "conjugate-gradient")
+    assert len({picture(furnace(1), solver=name, width=2, height=2, light_samples=1).stats["solver"]["steps"]
+                for name in names}) == len(names)
+
+
 def test_samples_of_a_pixel_cover_it_evenly():
     """The border of a lamp through the middle of the pixels: each takes half its fields, at most a row of them errs."""
     panel = rectangle((0, -9, 1), (0, 18, 0), (9, 0, 0))
