@@ -93,14 +93,6 @@ def test_the_estimate_balances_the_true_work_better_than_equal_sections(scene):
     assert balance(plan.partition.sections) < balance(equal.partition.sections)
 
 
-def test_hits_do_not_depend_on_sections_and_subshells(scene):
-    whole, _ = scene.shelling.cast(scene.record)
-    plan = made(scene)
-    cut, counts = scene.shelling.cast(scene.record, plan.partition.sections, plan.subshells)
-    assert sum(count.rays for count in counts) == len(scene.record)
-    assert not len(whole.differences(cut))
-
-
 def test_a_plan_without_subshells_has_all_else(scene):
     plan = made(scene)
     bare = plan.without_subshells()
@@ -166,8 +158,3 @@ def test_a_screen_is_scheduled_too():
     assert not len(whole.differences(cut))
     tests = np.array([count.tests for count in counts])
     assert tests.max() / tests.mean() < 2
-
-
-def test_a_ratio_beyond_the_rays_is_refused():
-    with pytest.raises(InputError, match="Ratio must leave a ray"):
-        made(case("lobby"), ratio=1 << 14)

@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 
 from benchmarks.closed_forms import c_11, c_14, c_91, c_92
-from benchmarks.view_factor_cases import visible_factor
 from benchmarks.view_factors import measured_deviations
 from golden.cast.grid import Grid
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.rows import FactorRows
 from golden.scene.builtin import builtin_scene
 from tb.golden.light.cube import cube
-from tb.golden.light.factors.plates import plates
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 
 
@@ -37,13 +35,6 @@ def test_the_cube_is_exact_closed_and_reciprocal():
     assert result.closure <= 1e-12
     assert result.reciprocity <= 1e-15
     assert result.error.data.max() == 0
-
-
-def test_a_plate_between_plates_within_the_error():
-    for seed in range(2):
-        result = view_factors(plates(), error=5e-3, seed=seed)
-        assert result.F[0, 1] == pytest.approx(visible_factor(), rel=0, abs=5e-3)
-        assert result.closure <= 1e-12
 
 
 UP = np.array((0, 0, 4.0))
