@@ -207,11 +207,6 @@ def test_only_a_closed_body_whose_fronts_look_inwards_is_inside_out():
     assert inside_out(patches, np.zeros(17)).tolist() == [False] * 6 + [True] * 6 + [False] * 5
 
 
-def test_a_box_has_six_surfaces_and_no_smooth_edge():
-    assert surface_numbers(box(), np.zeros(6)).tolist() == list(range(6))
-    assert smooth_numbers(box(), np.zeros(6), crease=30).tolist() == list(range(6))
-
-
 def test_the_narrow_facets_of_a_long_thin_rod_are_not_one_surface():
     angle = np.linspace(0, 2 * np.pi, 65)[:-1]
     ring = 0.01 * np.stack((np.cos(angle), np.sin(angle)), axis=1)

@@ -5,7 +5,6 @@ from hypothesis import strategies as st
 
 from golden.base.errors import InputError, InputWarning
 from golden.scene.luminaires.ies import read_ies
-from golden.scene.luminaires.photometric_web import PhotometricWeb
 from tb.golden.scene.luminaires.texts import ies, ies_dialects
 from tb.golden.scene.luminaires.webs import folded, symmetric_tables
 from tb.lib.schedules import SETTINGS
@@ -82,14 +81,6 @@ def test_a_tilt_is_read_over_with_a_warning():
     text = ies().replace("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 45 90\n1 0.9 0.8")
     with pytest.warns(InputWarning, match="lamp's tilt"):
         assert candela(text) == {0: [100, 100, 100]}
-
-
-def test_a_lambertian_file_has_its_lumens():
-    """pi times the intensity of the axis, but for the interpolation between steps of 2.5 degrees."""
-    gamma = np.arange(0, 92.5, 2.5)
-    found = read_ies(ies(vertical=gamma, candela=[1000 * np.cos(np.radians(gamma))]).encode())
-    web = PhotometricWeb(gamma=found.gamma, planes=found.planes, candela=found.candela, axes=np.eye(3))
-    assert web.lumens == pytest.approx(1000 * np.pi, rel=5e-4)
 
 
 @pytest.mark.parametrize(("text", "message"), [
