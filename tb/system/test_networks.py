@@ -1,5 +1,7 @@
 """Jobs on many clusters: the same hits and sums in all networks, with all caches, however slow memory is."""
 
+import random
+
 import pytest
 
 from golden.engine.config import PRESETS
@@ -7,13 +9,17 @@ from golden.engine.jobs.job import plan_job
 from golden.engine.noc.topology import TOPOLOGIES
 from hw.memsys.bus.cache_policy import CachePolicy
 from radiosity.flow.simulator.simulation_config import simulation_config
+from tb.lib.seed import NIGHTS, SEED
 from tb.system.job_machine import JobMachine
 from tb.system.job_memory import JobMemory
 from tb.system.scenes import phase
 
 SCENES = {"cornell": 0.25, "lobby": 0.125, "room1627": 0.125, "man": 0.125}
-# One cluster has no network.
-MACHINES = [(TOPOLOGIES[0], 1), *((topology, clusters) for topology in TOPOLOGIES for clusters in (2, 4, 8, 16))]
+COUNTS = 2, 4, 8, 16
+# In a night each network between as many clusters as are drawn, in four nights all. One cluster has no network.
+MACHINES = [(TOPOLOGIES[0], 1), *(
+    (topology, clusters) for number, topology in enumerate(TOPOLOGIES)
+    for clusters in sorted(random.Random(f"{SEED} {number}").sample(COUNTS, min(NIGHTS, len(COUNTS)))))]
 POLICIES = CachePolicy.DIRECT, CachePolicy.LFU
 MEMORIES = {"latency": 10}, {"latency": 5, "spread": 60, "shuffles": True, "seed": 3}
 POINTS = (5, 2, 0, 3)
