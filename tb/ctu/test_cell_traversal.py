@@ -23,7 +23,7 @@ from tb.lib.bench import Bench, Case
 from tb.lib.clocking import start
 from tb.lib.configurations import DEPTHS, config_of
 from tb.lib.ports import Ports
-from tb.lib.runner import options, simulate
+from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
 from tb.lib.stages import Elastic, Stage, passage
 from tb.lib.timing import documented_stages
 
@@ -62,7 +62,7 @@ def check(came, given):
 
 
 class TestCellTraversal(Bench):
-    component, arguments = CellTraversal, {"tag": TAG}
+    component, arguments, simulators = CellTraversal, {"tag": TAG}, SLOW_IN_ICARUS
     cases = {"long": Case(long_rays, [{"icu.product_registers": depth} for depth in DEPTHS]),
              # Borders that are far away are met, once and again, and not early.
              **{f"along {along}": Case(partial(long_rays, side=64, along=along), [])

@@ -11,6 +11,7 @@ from golden.engine.stimulus.frusta import random_hemisphere, random_screen
 from hw.ctu.grid_direction import GridDirection
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import CONFIGURATIONS, DEPTHS
+from tb.lib.runner import SLOW_IN_ICARUS
 
 RAYS = 200
 # Entries that are drawn to find such as are at halves.
@@ -61,7 +62,7 @@ def vectors_at_halves(frustum, seed, config):
 
 
 class TestGridDirection(Bench):
-    component, arguments = GridDirection, {"tag": 9}
+    component, arguments, simulators = GridDirection, {"tag": 9}, SLOW_IN_ICARUS
     # Numbers of grid rays have the same width in all configurations.
     variants = [*({"icu.product_registers": depth} for depth in DEPTHS), CONFIGURATIONS["narrow"]]
     cases = {frustum.__name__: partial(of_record, frustum) for frustum in FRUSTA} | {

@@ -12,6 +12,7 @@ from hw.ctu.near_window import NearWindow
 from radiosity.flow.package.example.grid_load import GridAddresses, grid_writes
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import CONFIGURATIONS
+from tb.lib.runner import SLOW_IN_ICARUS
 
 RAYS = 240
 
@@ -132,7 +133,7 @@ def of_neighbours(config, record, rays, chosen):
 
 
 class TestNearWindow(Bench):
-    component, arguments = NearWindow, {"tag": 9}
+    component, arguments, simulators = NearWindow, {"tag": 9}, SLOW_IN_ICARUS
     variants = CONFIGURATIONS.values()
     cases = {f"{of.__name__}, {frustum.__name__}": partial(of, frustum)
              for of in (of_record, neighbours, far_neighbours, borders)

@@ -2,10 +2,11 @@ from golden.engine.stimulus import stimulus
 from hw.icu.plane_factor import PlaneFactor
 from tb.icu.vectors import factor_of, rows, slot_of
 from tb.lib.bench import Bench, Vectors
+from tb.lib.runner import SLOW_IN_ICARUS
 
 
 class TestPlaneFactor(Bench):
-    component, interval = PlaneFactor, 4
+    component, interval, simulators = PlaneFactor, 4, SLOW_IN_ICARUS
 
     def vectors(self, config):
         given = stimulus("icu.plane_factor", count=200, seed=3, config=config).arrays

@@ -22,7 +22,7 @@ from tb.lib.clocking import start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
 from tb.lib.ports import Ports
-from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
 from tb.lib.scoreboard import check
 from tb.lib.stall_patterns import stall_pairs
 from tb.lib.timing import documented_latency
@@ -286,18 +286,18 @@ async def one_per_cycle(dut):
     assert bench.hit.cycles[0] - read_outs.cycles[0] == documented_latency(ReadOut, bench.config)
 
 
-def run(changes, simulator="verilator", tests=()):
+def run(changes, simulator="verilator"):
     changes = {**SMALL, **changes}
     banks = Banks(config=config_of(changes))
     assert banks.memory.latency == documented_latency(RayMemory, config_of(changes))
-    simulate(banks, __name__, tests, simulator=simulator, changes=changes)
+    simulate(banks, __name__, simulator=simulator, changes=changes)
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("simulator", SLOW_IN_ICARUS)
 def test_in_the_simulator(simulator):
     run({}, simulator)
 
 
-@pytest.mark.sim
+@pytest.mark.nightly
 def test_one_tag_and_narrow_numbers():
     run({**CONFIGURATIONS["narrow"], "icu.generation_bits": 1, "icu.tile_bits": 1})

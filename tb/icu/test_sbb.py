@@ -25,6 +25,7 @@ from tb.icu.vectors import (
 )
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import CONFIGURATIONS, config_of
+from tb.lib.runner import SLOW_IN_ICARUS
 
 COUNT = 200
 
@@ -108,7 +109,7 @@ def vectors(draw, config, moves_of=lambda given, config: [(0, 0)]):
 
 
 class TestSbb(Bench):
-    component, interval = Sbb, 4
+    component, interval, simulators = Sbb, 4, SLOW_IN_ICARUS
     cases = {"small frustum": Case(partial(vectors, small_frustum), [*CONFIGURATIONS.values(), {"icu.side_bits": 16}]),
              # Only coarse angles often lie at the very border of a window.
              "largest frustum": Case(partial(vectors, largest_frustum), [*LIMITS, {"icu.angle_bits": 18}],

@@ -9,6 +9,7 @@ from radiosity.flow.package.example.frustum_load import frustum_payload
 from tb.icu.vectors import LIMITS, assert_all_occur, largest, section_window_of, slot_of, window_of
 from tb.lib.bench import Bench, Case, Vectors
 from tb.lib.configurations import config_of
+from tb.lib.runner import SLOW_IN_ICARUS
 
 COUNT = 200
 FRUSTA = (random_hemisphere, random_screen)
@@ -45,8 +46,7 @@ def vectors_of(frustum, bounds):
 
 
 class TestSectionClip(Bench):
-    component = SectionClip
-    variants = LIMITS
+    component, variants, simulators = SectionClip, LIMITS, SLOW_IN_ICARUS
     cases = {f"{frustum.__name__}, {bounds}": Case(vectors_of(frustum, bounds), None if bounds in SECTIONS else [])
              for frustum in FRUSTA for bounds in (*SECTIONS, *drawn_sections(5))}
 
