@@ -7,7 +7,7 @@ import pytest
 from amaranth.sim import Simulator
 
 from golden.engine.config import PRESETS
-from golden.engine.noc.packing import CHECK_BITS, check, reply_flits, request_flits
+from golden.engine.noc.packing import reply_flits, request_flits
 from golden.engine.noc.routing import route
 from hw.noc.network_fault import NetworkFault
 from hw.noc.network_interface import NetworkInterface
@@ -113,6 +113,12 @@ def patches(config, generator, count):
              [tuple(generator.randrange(scene.high + 1) for _ in range(3)) for _ in range(4)]) for _ in range(count)]
 
 
+def replies_of(config, given, **more):
+    """Their flits at this node."""
+    return [flit for node, patch, surface, vertices in given for flit in reply_flits(
+        config, **{"source": node, "destination": NODE, **more}, patch=patch, surface=surface, vertices=vertices)]
+
+
 def answers(given):
     return [(patch, surface, vertex) for _, patch, surface, vertices in given for vertex in vertices]
 
@@ -124,19 +130,18 @@ def test_packets_are_those_of_golden(changes, slow):
     config, pairs = bench.config, [(2, 5), (0, 4095), (3, 0), (1, 77)]
     given = patches(config, bench.random, 3)
     come = patches(config, bench.random, 3)
-    inward = {"destination": NODE}
     bench.run(
         400 if slow else 120, slow=slow, requests=[{"node": node, "patch": patch} for node, patch in pairs],
         replies=[{"node": node, "vertex": {"patch": patch, "surface": surface, "vertex": list(vertex)}}
                  for node, patch, surface, vertices in given for vertex in vertices],
-        flits=([flit for node, patch in pairs for flit in request_flits(config, source=node, patch=patch, **inward)],
-               [flit for node, patch, surface, vertices in come for flit in reply_flits(
-                   config, source=node, patch=patch, surface=surface, vertices=vertices, **inward)]))
+        flits=([flit for node, patch in pairs
+                for flit in request_flits(config, source=node, destination=NODE, patch=patch)],
+               replies_of(config, come)))
     entry = bench.routing.entry[NODE]
     assert bench.sent[0] == [(flit, entry[node]) for node, patch in pairs
                              for flit in request_flits(config, source=NODE, destination=node, patch=patch)]
-    assert bench.sent[1] == [(flit, entry[node]) for node, patch, surface, vertices in given for flit in reply_flits(
-        config, source=NODE, destination=node, patch=patch, surface=surface, vertices=vertices)]
+    assert bench.sent[1] == [(flit, entry[one[0]]) for one in given
+                             for flit in replies_of(config, [one], source=NODE, destination=one[0])]
     assert bench.received == pairs
     assert bench.answered == answers(come)
     assert bench.fault == NetworkFault.NONE
@@ -149,8 +154,7 @@ def test_no_more_requests_than_reply_buffers():
     assert len(bench.sent[0]) == 2
     bench = InterfaceBench(VARIANTS[0], requests=2)
     come = patches(bench.config, bench.random, 3)
-    bench.run(120, requests=pairs, flits=((), [flit for node, patch, surface, vertices in come for flit in reply_flits(
-        bench.config, source=node, destination=NODE, patch=patch, surface=surface, vertices=vertices)]))
+    bench.run(120, requests=pairs, flits=((), replies_of(bench.config, come)))
     assert len(bench.sent[0]) == 5
 
 
@@ -159,9 +163,8 @@ def test_a_credit_returns_when_a_whole_reply_has_left(most):
     """A cluster that accepts the first vertices of a patch still needs its buffer."""
     bench = InterfaceBench(VARIANTS[0], requests=2)
     come = patches(bench.config, bench.random, 2)
-    bench.run(80, requests=[{"node": 0, "patch": number} for number in range(6)], most=most, flits=((), [
-        flit for node, patch, surface, vertices in come for flit in reply_flits(
-            bench.config, source=node, destination=NODE, patch=patch, surface=surface, vertices=vertices)]))
+    bench.run(80, requests=[{"node": 0, "patch": number} for number in range(6)], most=most,
+              flits=((), replies_of(bench.config, come)))
     assert (len(bench.answered), len(bench.sent[0])) == (most, 2 + most // 4)
 
 
@@ -184,14 +187,8 @@ def test_faults_are_reported_and_block_nothing(changes, how, fault):
     bench = InterfaceBench(changes, requests=64)
     config = bench.config
     first, second = patches(config, bench.random, 2)
-
-    def packet(item, destination=NODE):
-        node, patch, surface, vertices = item
-        return reply_flits(config, source=node, destination=destination, patch=patch, surface=surface,
-                           vertices=vertices)
-
-    wrong = broken(packet(first, NODE + 1 if how == "address" else NODE), how, config)
-    bench.run(120, flits=((), [*wrong, *packet(second)]))
+    wrong = broken(replies_of(config, [first], destination=NODE + 1 if how == "address" else NODE), how, config)
+    bench.run(120, flits=((), [*wrong, *replies_of(config, [second])]))
     assert bench.fault == fault
     # The packet after it comes as it is.
     assert bench.answered[-4:] == answers([second])
@@ -211,30 +208,17 @@ def test_the_first_fault_since_reset_stays():
     """Whatever comes after it, in requests or in replies; of two at once that of the requests."""
     bench = InterfaceBench(VARIANTS[0])
     config = bench.config
-    (node, patch, surface, vertices), = patches(config, bench.random, 1)
+    given = patches(config, bench.random, 1)
+    (node, patch, *_), = given
     request, elsewhere = (request_flits(config, source=node, destination=goal, patch=patch)
                           for goal in (NODE, NODE + 1))
-    reply = reply_flits(config, source=node, destination=NODE, patch=patch, surface=surface, vertices=vertices)
+    reply = replies_of(config, given)
     wrong_request, wrong_reply = (broken(one, "bit", config) for one in (request, reply))
     for requests, replies, fault in (([*wrong_request, *elsewhere], [], NetworkFault.CHECK),
                                      ([*request, *request, *elsewhere], wrong_reply, NetworkFault.CHECK),
                                      (elsewhere, [*reply, *wrong_reply], NetworkFault.ADDRESS),
                                      (elsewhere, wrong_reply, NetworkFault.ADDRESS)):
         assert InterfaceBench(VARIANTS[0]).run(30, flits=(requests, replies)).fault == fault
-
-
-@pytest.mark.parametrize("method", ["parity", "crc"])
-def test_check_bits_detect_every_single_bit_error(method):
-    generator = random.Random(3)
-    value = generator.getrandbits(74)
-    known = check(method, value, 74)
-    assert all(check(method, value ^ 1 << bit, 74) != known for bit in range(74))
-    assert known < 1 << CHECK_BITS[method]
-
-
-def test_crc_is_that_of_the_catalogue():
-    """CRC-8 of the nine characters 1 to 9, begun with 0."""
-    assert check("crc", int.from_bytes(b"123456789"), 72) == 0xF4
 
 
 def test_init_wrong():
