@@ -32,15 +32,15 @@ def run(name, config, tests, *, simulator, requests, progress=True):
              config=config, requests=requests, progress=progress)
 
 
-@pytest.mark.parametrize("simulator", [ICARUS])
-@pytest.mark.parametrize("name", NETWORKS)
-def test_full_networks_drain_and_a_stalled_cluster_blocks_no_other(name, simulator):
-    run(name, NETWORKS[name], TESTS, simulator=simulator, requests=10)
+@pytest.mark.parametrize(("name", "simulator", "requests"), [
+    pytest.param("two", "icarus", 10, marks=ICARUS.marks),
+    pytest.param("one", "verilator", 150, marks=pytest.mark.sim)])
+def test_full_networks_drain_and_a_stalled_cluster_blocks_no_other(name, simulator, requests):
+    run(name, NETWORKS[name], TESTS, simulator=simulator, requests=requests)
 
 
-@pytest.mark.sim
-@pytest.mark.parametrize("name", ["cube", pytest.param("mesh", marks=pytest.mark.nightly),
-                                  pytest.param("torus", marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", LARGE)
 def test_large_ones_too(name):
     run(name, LARGE[name], TESTS, simulator="verilator", requests=150)
 
