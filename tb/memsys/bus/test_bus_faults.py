@@ -17,7 +17,6 @@ from tb.memsys.faulty_memory import READ_FAULTS, WRITE_FAULTS, BusFault, FaultyM
 from tb.memsys.memory_bench import ModelAtPort
 from tb.memsys.port.port_bench import BASE, READ, SMALL, TAG, WRITE, Bench, content
 
-MODULE = "tb.memsys.bus.test_bus_faults"
 CHANGES = SMALL | {"memory.timeout_bits": 7}
 KINDS = READ_FAULTS | WRITE_FAULTS
 # Exchanges until the port has recovered, and cycles that one may take: four reads of 64 beats, two in a burst, one
@@ -226,20 +225,14 @@ async def reset_of_the_machine_alone(dut):
         bench.stop()
 
 
-def run(name, rounds, simulator, **changes):
-    changes = {**CHANGES, **{f"memory.{name}": value for name, value in changes.items()}}
-    component = MainMemoryPort(config=config_of(changes), tag=TAG)
-    simulate(component, MODULE, ("every_fault", "silent_channels", "faults_beside_silence",
-                                 "reset_of_the_machine_alone"), simulator=simulator,
-             name=name, changes=changes, rounds=rounds)
+NIGHTLY = pytest.mark.nightly
 
 
 @pytest.mark.sim
-def test_bus_faults():
-    run("bus_faults", 1, "verilator")
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("changes", [{}, {"data_bits": 512}, {"outstanding": 1, "burst_beats": 2}], ids=str)
-def test_many_bus_faults(changes):
-    run(f"bus_faults-{'-'.join(map(str, changes.values()))}", 3 * NIGHTS, "verilator", **changes)
+@pytest.mark.parametrize(("rounds", "changes"), [
+    (1, {}), pytest.param(3 * NIGHTS, {}, marks=NIGHTLY),
+    pytest.param(3 * NIGHTS, {"memory.data_bits": 512}, marks=NIGHTLY),
+    pytest.param(3 * NIGHTS, {"memory.outstanding": 1, "memory.burst_beats": 2}, marks=NIGHTLY)], ids=str)
+def test_bus_faults(rounds, changes):
+    changes = {**CHANGES, **changes}
+    simulate(MainMemoryPort(config=config_of(changes), tag=TAG), __name__, changes=changes, rounds=rounds)
