@@ -1,10 +1,12 @@
-"""Requests of whole groups of beats; answers, and beats that are dropped."""
+"""Requests of whole groups of beats; answers, and beats that are dropped.
+
+`tb.memsys.results.test_result_writer` has the wider beats.
+"""
 
 from collections import deque
 
 from hw.memsys.port.beat_writer import DEPTH, GROUP_BITS, REQUESTS, BeatWriter
 from tb.lib.bench import Bench
-from tb.lib.runner import SIMULATORS
 
 GROUP = 1 << GROUP_BITS
 
@@ -68,10 +70,3 @@ class TestBeatWriter(Bench):
         if not self.sent:
             given.i_written = None
 
-
-class TestWideBeats(TestBeatWriter):
-    """Beats of 512 bits."""
-
-    test_in_amaranth = None
-    simulators = SIMULATORS[1:]
-    changes = {"memory.data_bits": 512}

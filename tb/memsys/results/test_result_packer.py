@@ -1,4 +1,7 @@
-"""Beats of sections of any alignment; `tb.memsys.results.test_result_writer` compares the memory that they make."""
+"""Beats of sections of any alignment.
+
+`tb.memsys.results.test_result_writer` compares the memory that they make, and has the wider beats.
+"""
 
 import pytest
 
@@ -6,7 +9,6 @@ from golden.engine.jobs.result_formats import HitFormat
 from hw.memsys.results.result_packer import ResultPacker
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import config_of
-from tb.lib.runner import SIMULATORS
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.memsys.results.extent import extent_of
 from tb.memsys.section_results import Packing, drawn_section, joined
@@ -58,18 +60,6 @@ class TestResultPacker(Bench):
             found["i"].append(max(offered, now + 1))
             now = packing.add(one, found["i"][-1])
         return found
-
-
-class TestWideBeats(TestResultPacker):
-    """Beats of 512 bits."""
-
-    test_in_amaranth = None
-    simulators = SIMULATORS[1:]
-    changes = {"memory.data_bits": 512}
-
-
-class TestBeatsOf32Bytes(TestWideBeats):
-    changes = {"memory.data_bits": 256}
 
 
 @pytest.fixture(scope="module", params=CHANGES, ids=lambda changes: str(changes["memory.data_bits"]))
