@@ -166,17 +166,13 @@ async def reset_in_flight(dut):
         await bench.read(*bench.part(SIZE))
 
 
-TESTS = "every_pair_of_stalls", "peeks_beside_reads", "beats_beyond_the_end", "one_beat_per_cycle", "reset_in_flight"
-
-
 @pytest.mark.parametrize("data_bits", [64, *(pytest.param(bits, marks=pytest.mark.nightly) for bits in (128, 512))])
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_block_memory(simulator, data_bits):
     config = config_of(WIDTHS[data_bits])
     component = BlockMemory(config=config, data=content())
     assert component.latency == documented_latency(BlockMemory, config)
-    simulate(component, "tb.board.test_block_memory", TESTS, simulator=simulator,
-             name=f"block-memory-{data_bits}-{simulator}", data_bits=data_bits, latency=component.latency)
+    simulate(component, __name__, simulator=simulator, data_bits=data_bits, latency=component.latency)
 
 
 @pytest.mark.parametrize("size", [0, (1 << 16) + 1])

@@ -69,7 +69,6 @@ def test_bytes_arrive(divisor):
     assert documented_latency(UartTransmitter, config_of({})) == UartTransmitter.latency
 
 
-@pytest.mark.parametrize(("divisor", "error"), [(0, ValueError), (-1, ValueError), (2.5, TypeError)])
-def test_divisors(divisor, error):
-    with pytest.raises(error, match=f"Divisor must be at least 1, not {divisor}"):
-        UartTransmitter(divisor=divisor)
+def test_init_wrong_divisor():
+    with pytest.raises(ValueError, match=r"^Divisor must be at least 1, not 0$"):
+        UartTransmitter(divisor=0)

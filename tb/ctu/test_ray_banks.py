@@ -95,13 +95,9 @@ def test_a_request_before_the_begin_of_a_frustum_belongs_to_the_one_before():
     assert both == {False, True}
 
 
-@pytest.mark.parametrize(("name", "value", "error", "message"), [
-    ("slots", 0, ValueError, "Slots must be at least 2"), ("slots", 2.0, TypeError, "Slots must be at least 2"),
-    ("slots", 3, ValueError, "Slots must be a multiple of the banks"),
-    ("deferred", 0, ValueError, "Deferred must be at least 2"),
-    ("deferred", 3, ValueError, "Deferred must be a multiple of the banks"),
-    ("deferred", 2.0, TypeError, "Deferred must be at least 2")])
-def test_init_wrong_size(name, value, error, message):
+@pytest.mark.parametrize("name", ["slots", "deferred"])
+@pytest.mark.parametrize(("value", "requirement"), [(0, "at least 2"), (3, "a multiple of the banks")])
+def test_init_wrong_size(name, value, requirement):
     sizes = {"slots": 4, "version_bits": 4, "deferred": 2, "generation_bits": 1, name: value}
-    with pytest.raises(error, match=f"^{message}, not {value!r}$"):
+    with pytest.raises(ValueError, match=f"^{name.capitalize()} must be {requirement}, not {value}$"):
         RayBanks(tag=4, **sizes)

@@ -163,8 +163,7 @@ def test_requests_wait_for_a_slot_again_and_again_in_one_frustum():
 @pytest.mark.parametrize(("name", "message"), [
     ("slots", "Slots"), ("version_bits", "Version bits"), ("deferred", "Deferred"),
     ("generation_bits", "Generation bits")])
-@pytest.mark.parametrize(("value", "error"), [(0, ValueError), (1.0, TypeError)])
-def test_init_wrong_size(name, message, value, error):
-    sizes = {"slots": 4, "version_bits": 4, "deferred": 2, "generation_bits": 1, name: value}
-    with pytest.raises(error, match=f"^{message} must be at least 1, not {value!r}$"):
+def test_init_wrong_size(name, message):
+    sizes = {"slots": 4, "version_bits": 4, "deferred": 2, "generation_bits": 1, name: 0}
+    with pytest.raises(ValueError, match=f"^{message} must be at least 1, not 0$"):
         RayMemory(tag=4, **sizes)

@@ -23,10 +23,7 @@ from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
 
-MODULE = "tb.memsys.bus.test_cache"
 STREAMS = ["i_invalidate", "i", "o", "o_fetch"]
-CASES = ("access_by_access", "records_come_in_any_order", "one_hit_per_cycle", "misses_overlap", "reset_in_flight",
-         "invalidations_at_any_time")
 # Both a record of one beat and one of several, few fetches and many; tags run out in the middle of a testbench.
 SIZES = {
     "small": {"lines": 8, "beats": 1, "key": 6, "tag": 3, "memsys.cache_ways": 2, "memsys.lfu_lines": 4,
@@ -293,7 +290,7 @@ async def invalidations_at_any_time(dut):
 @pytest.mark.parametrize("simulator", SIMULATORS)
 @pytest.mark.parametrize("size", SIZES)
 def test_in_the_simulator(size, simulator):
-    simulate(make(SIZES[size]), MODULE, CASES, simulator=simulator, name=f"cache-{size}-{simulator}", size=SIZES[size])
+    simulate(make(SIZES[size]), __name__, simulator=simulator, size=SIZES[size])
 
 
 @pytest.mark.parametrize("policy", CachePolicy, ids=lambda policy: policy.name)

@@ -63,7 +63,6 @@ class TestWriteMerge(Bench):
                 yield item | ({"tag": item["tag"] % COUNT} if name == "i_written" else {})
 
 
-@pytest.mark.parametrize(("count", "error"), [(0, ValueError), ("2", TypeError)])
-def test_init_wrong_count(count, error):
-    with pytest.raises(error, match=f"^Count must be at least 1, not {count!r}$"):
-        WriteMerge(config=PRESETS["tiny"], count=count)
+def test_init_wrong_count():
+    with pytest.raises(ValueError, match=r"^Count must be at least 1, not 0$"):
+        WriteMerge(config=PRESETS["tiny"], count=0)
