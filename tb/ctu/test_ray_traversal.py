@@ -224,7 +224,8 @@ def test_reset_in_flight():
     run(("cornell", 0.5, 2, False), BARRIER, "verilator", tests=("reset_in_flight", "cells_of_golden"))
 
 
-@pytest.mark.sim
+# In the regressions the whole unit casts the same scene, with lists and without: `test_traversal_unit.py`.
+@pytest.mark.nightly
 @pytest.mark.parametrize("changes", [{"ctu.ray_slots": 64}, NO_LISTS])
 def test_free_running(changes):
     run(("lobby", 0.25, 1, False), {**BARRIER, "ctu.run_ahead": 2, **changes}, "verilator",

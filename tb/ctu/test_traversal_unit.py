@@ -170,7 +170,7 @@ def run(record, changes, simulator, *, cycles, tests=("free_running",), pipeline
 # Lists are in preset `thesis` alone, which the nightly casts.
 @pytest.mark.parametrize("simulator", SLOW_IN_ICARUS)
 def test_lobby(simulator):
-    run(("lobby", 0.25, 1, False), SMALL, simulator, cycles=30_000)
+    run(("lobby", 0.25, 1, False), SMALL, simulator, cycles=30_000, pipelines=2)
 
 
 @pytest.mark.parametrize("simulator", SLOW_IN_ICARUS)
