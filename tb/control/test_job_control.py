@@ -47,6 +47,11 @@ def codes(records):
     return [ErrorCode(record["code"]).name for record in records]
 
 
+def records_of(found):
+    """The records that have left."""
+    return [said["o_record"] for given, said in found if said["o_record"] and given["o_record"]]
+
+
 def errors(found):
     """Names of the codes of `error`, in their order."""
     seen = [said["error"]["code"] for _, said in found]
@@ -203,7 +208,7 @@ def test_the_culprit_is_the_section_that_was_begun_last(benches, code):
     for begun in range(4):
         events = {2 + k: section(1, k) for k in range(3)} | {8 + k: {"begins": 2 * (k < begun)} for k in range(4)}
         found = benches[2].run(Script(2, {**events, 20: faults, 26: {"o_record": 1}}), 50)
-        records = [said["o_record"] for given, said in found if said["o_record"] and given["o_record"]]
+        records = records_of(found)
         assert [one["tag"] for one in records] == [0, 1, 2]
         assert codes(records) == [code if k == begun - 1 else "ABORTED" for k in range(3)]
 
@@ -215,7 +220,7 @@ def test_patch_nodes_have_a_network_and_no_sections():
 
     def ends(events):
         found = bench.run(Script(2, begun | events, patch_nodes=2), 60)
-        records = [said["o_record"] for given, said in found if said["o_record"] and given["o_record"]]
+        records = records_of(found)
         return errors(found), found[-1][1]["error"]["cluster"], codes(records)
 
     for node in range(4):
@@ -233,7 +238,7 @@ def test_the_culprit_of_one_reset_is_none_of_the_next(benches):
               24: {"i_command": 4}, 30: {"load_over": {}}, 34: section(0, 2), 36: {"begins": 1}, 37: {"begins": 0},
               40: {"i_command": 1}}
     found = benches[2].run(Script(2, events), 50)
-    records = [said["o_record"] for given, said in found if said["o_record"] and given["o_record"]]
+    records = records_of(found)
     assert [(one["tag"], *codes([one])) for one in records] == [(1, "ABORTED"), (2, "ABORTED")]
 
 
@@ -242,7 +247,7 @@ def test_a_load_that_has_ended_is_not_aborted(benches):
     load = {"tag": 9, "image": 64, "regions": 5, "copies": 1}
     events = {2: {"i_load": load}, 8: {"load_over": READ_ERROR}, 12: {"i_command": 1}, 20: {"o_record": 1}}
     found = benches[2].run(Script(2, events), 30)
-    (record,) = (said["o_record"] for given, said in found if said["o_record"] and given["o_record"])
+    (record,) = records_of(found)
     assert (record["tag"], *codes([record]), record["begin"], record["end"]) == (9, "READ_REPLY", 2, 8)
 
 
@@ -253,8 +258,7 @@ def test_what_comes_in_a_reset_is_ignored(benches):
         events = {2: {"i_load": load}, 8: {"i_command": 1, "memory_busy": 1}, cycle: {"load_over": {}},
                   12: {"memory_busy": 0}, 16: {"o_record": 1}}
         found = benches[2].run(Script(2, events), 24)
-        assert codes([said["o_record"] for given, said in found if said["o_record"] and given["o_record"]]) == [
-            "ABORTED"]
+        assert codes(records_of(found)) == ["ABORTED"]
 
 
 def test_the_culprit_after_a_stop(benches):
@@ -263,7 +267,7 @@ def test_the_culprit_after_a_stop(benches):
               10: {"i_command": 1}, 20: {"i_command": 4}, 26: {"load_over": {}}, 30: section(0, 3), 31: section(0, 4),
               33: {"begins": 1}, 34: {"begins": 0}, 40: {"clusters": [TIMEOUT, {}]}}
     found = benches[2].run(Script(2, events), 60)
-    records = [said["o_record"] for given, said in found if said["o_record"] and given["o_record"]]
+    records = records_of(found)
     assert [one["tag"] for one in records] == [1, 2, 3, 4]
     assert codes(records) == ["ABORTED", "ABORTED", "PATH_TIMEOUT", "ABORTED"]
 
@@ -359,7 +363,7 @@ def test_a_load_waits_for_all_sections_and_the_sections_for_it(benches):
     found = benches[2].run(Script(2, events), 32)
     assert [cycle for cycle, (given, said) in enumerate(found) if given["i_load"] and said["i_load"]] == [13]
     assert [cycle for cycle, (_, said) in enumerate(found) if not said["enable"]] == [*range(14, 26)]
-    assert [said["o_record"]["tag"] for given, said in found if said["o_record"] and given["o_record"]] == [7]
+    assert [one["tag"] for one in records_of(found)] == [7]
 
 
 def test_a_ring_that_cannot_be_read(benches):

@@ -25,7 +25,6 @@ from tb.memsys.memory_path import MemoryPath
 from tb.memsys.patch_words import load_of
 from tb.memsys.path_bench import COVERED, NONE, Bench, scene
 
-MODULE = "tb.memsys.patches.test_memory_path"
 CLUSTERS = 2
 # Cells and lists that are not in the tables, patches at every address, short parts of lists, few requests.
 SMALL = {"memsys.scene_cells": 1024, "memsys.own_cells": 64, "memsys.own_entries": 128, "memsys.own_patches": 16,
@@ -197,7 +196,7 @@ def run(name, scene_name, cell, changes, simulator, cases=CASES + LONG, policies
     path = (BUILD / "vectors" / f"memory_path-{name}.json").resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(scene(scene_name, cell, CLUSTERS)))
-    simulate(MemoryPath(config=config_of(changes), clusters=CLUSTERS), MODULE, cases, simulator=simulator,
+    simulate(MemoryPath(config=config_of(changes), clusters=CLUSTERS), __name__, cases, simulator=simulator,
              name=f"memory_path-{name}-{simulator}", scene=str(path), changes=changes,
              clusters=CLUSTERS, share=share, policies=policies, cycles=cycles,
              kept=changes.get("memsys.store_patches", 0))
@@ -216,23 +215,10 @@ def test_patch_stores():
 
 @pytest.mark.icarus
 @pytest.mark.nightly
-def test_patch_stores_with_lists_of_the_bus():
-    run("stores_bus", "cornell", 0.25, STORE, "icarus", (*CASES, *LONG), ["LRU"])
-
-
-@pytest.mark.icarus
-@pytest.mark.nightly
-def test_patch_stores_under_stall_patterns():
-    run("stores_exact", "cornell", 0.25, EXACT, "icarus", LONG)
-
-
-@pytest.mark.icarus
-@pytest.mark.nightly
-def test_all_policies_and_stall_patterns():
-    run("cornell", "cornell", 0.25, SMALL, "icarus")
-
-
-@pytest.mark.icarus
-@pytest.mark.nightly
-def test_a_larger_scene():
-    run("lobby", "lobby", 0.125, SMALL, "icarus", ("whole_frusta",), cycles=300_000)
+@pytest.mark.parametrize(("scene_name", "cell", "changes", "given"), [
+    pytest.param("cornell", 0.25, STORE, {"policies": ["LRU"]}, id="stores-bus"),
+    pytest.param("cornell", 0.25, EXACT, {"cases": LONG}, id="stores-stalls"),
+    pytest.param("cornell", 0.25, SMALL, {}, id="policies"),
+    pytest.param("lobby", 0.125, SMALL, {"cases": ("whole_frusta",), "cycles": 300_000}, id="lobby")])
+def test_in_icarus(scene_name, cell, changes, given, request):
+    run(request.node.callspec.id, scene_name, cell, changes, "icarus", **given)
