@@ -57,13 +57,14 @@ def check(name, columns, rows, channels, messages, bits, depth, arbitration, rou
 # Topology, columns, rows, channels, kinds of messages, bits of a flit, entries of a queue, arbitration, cycles of a
 # router.
 SMALL = [("mesh", 2, 1, 1, 2, 16, 1, "age", 1), ("torus", 3, 2, 2, 1, 16, 5, "round-robin", 2),
-         ("ring", 3, 2, 2, 1, 16, 5, "round-robin", 2)]
+         ("ring", 3, 2, 2, 1, 16, 5, "round-robin", 2), ("torus", 3, 2, 4, 1, 16, 5, "round-robin", 1),
+         ("hypercube", 4, 2, 1, 2, 16, 3, "age", 1)]
 RING = ("ring", 4, 1, 2, 1, 16, 5, "round-robin", 2)
 LARGE = [("mesh", 4, 4, 1, 1, 32, 8, "round-robin", 2), ("torus", 4, 4, 4, 1, 32, 8, "round-robin", 1),
-         ("hypercube", 4, 4, 1, 2, 32, 8, "age", 1), ("ring", 4, 2, 2, 1, 73, 8, "round-robin", 2)]
-MORE = [("mesh", 4, 4, 4, 1, 72, 8, "round-robin", 2), ("mesh", 5, 3, 2, 2, 32, 3, "age", 2),
-        ("torus", 4, 4, 2, 1, 32, 8, "age", 2), ("ring", 8, 1, 2, 2, 32, 8, "round-robin", 2),
-        ("illiac", 4, 4, 2, 1, 32, 8, "round-robin", 2), ("mesh", 8, 8, 1, 1, 32, 8, "round-robin", 2)]
+         ("hypercube", 4, 4, 1, 2, 32, 8, "age", 1), ("ring", 4, 2, 2, 1, 73, 8, "round-robin", 2),
+         ("mesh", 4, 4, 4, 1, 72, 8, "round-robin", 2), ("mesh", 5, 3, 2, 2, 32, 3, "age", 2),
+         ("torus", 4, 4, 2, 1, 32, 8, "age", 2), ("ring", 8, 1, 2, 2, 32, 8, "round-robin", 2),
+         ("illiac", 4, 4, 2, 1, 32, 8, "round-robin", 2), ("mesh", 8, 8, 1, 1, 32, 8, "round-robin", 2)]
 
 
 @pytest.mark.sim
@@ -92,13 +93,12 @@ def test_every_flit_in_its_cycle_in_icarus(network, simulator):
 
 
 @pytest.mark.sim
-@pytest.mark.parametrize("network", LARGE, ids=str)
-def test_every_flit_of_large_networks_in_its_cycle(network):
-    check(*network, simulator="verilator", flits=1_500)
+def test_every_flit_of_a_large_network_in_its_cycle():
+    check(*LARGE[0], simulator="verilator", flits=1_500)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("network", [*LARGE, *MORE], ids=str)
+@pytest.mark.parametrize("network", LARGE, ids=str)
 def test_every_flit_of_long_runs_in_its_cycle(network):
     check(*network, simulator="verilator", flits=15_000)
 
