@@ -59,7 +59,7 @@ def script(generator: np.random.Generator, packets: Packets, arrivals: Arrivals,
 # A word of ``vectors`` per cycle: whether the component is reset, whether its wires are compared, what it is given,
 # and what it must answer. Between clock edges the wires are compared, and what is given changes.
 _BENCH = """
-module top(input clk, input rst, output reg [31:0] cycle, output reg differs, output reg done);
+module top(input clk, input rst, output reg [31:0] cycle, compared, output reg differs, output reg done);
   reg [{high}:0] vectors [0:{last}];
   reg reset = 1;
   reg [{bits} - 1:0] given = 0;
@@ -70,7 +70,7 @@ module top(input clk, input rst, output reg [31:0] cycle, output reg differs, ou
   words words(.clk(clk), .rst(reset), .i(given), .o(came));
   always @(negedge clk)
     if (rst) begin
-      cycle <= 0; differs <= 0; done <= 0; reset <= 1; given <= 0;
+      cycle <= 0; compared <= 0; differs <= 0; done <= 0; reset <= 1; given <= 0;
     end else if (!differs && !done) begin
       if (compares && came !== now[{bits} - 1:0]) differs <= 1;
       else begin
@@ -78,6 +78,7 @@ module top(input clk, input rst, output reg [31:0] cycle, output reg differs, ou
         given <= now[{high} - 2:{bits}];
         done <= cycle == {last};
         cycle <= cycle + 1;
+        if (compares) compared <= compared + 1;
       end
     end
 endmodule
@@ -100,7 +101,8 @@ def replay(component, scripts: list[dict], *, simulator: str, name: str) -> None
     path.write_text("\n".join(f"{word:x}" for word in vectors))
     simulate(verilog_of(words, "words") + _BENCH.format(bits=bits, high=2 * bits + 1, last=len(vectors) - 1, path=path),
              "tb.noc.replay", ("as_the_model_says",), simulator=simulator, name=f"{name}-{simulator}",
-             visible=("clk", "rst", "cycle", "differs", "done"), cycles=len(vectors) + 100)
+             visible=("clk", "rst", "cycle", "compared", "differs", "done"), cycles=len(vectors) + 100,
+             compared=sum(word >> 2 * bits & 1 for word in vectors))
 
 
 def _vectors(one, bits):
@@ -120,3 +122,4 @@ async def as_the_model_says(dut):
     while not dut.done.value:
         await RisingEdge(dut.clk)
         assert not dut.differs.value, f"wires differ in cycle {int(dut.cycle.value)}"
+    assert int(dut.compared.value) == options()["compared"], "the vectors were not read"
