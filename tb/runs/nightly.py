@@ -28,9 +28,9 @@ def commit_of(folder: Path) -> str:
 def inputs_of(folder: Path, given: Iterable[Shard]) -> dict[str, str]:
     """By shard, a digest of all files of a commit that it may depend on; empty if files differ from the commit.
 
-    These are all but the ledger, the changelog, what other folders alone read: their modules of tests, which nothing
-    imports, and pages that no module of the shard's folder names. So a shard that is green stays so where others or
-    pages alone are mended, and for the commit that records it.
+    These are all but the ledger, the changelog, modules of tests of other shards, which nothing imports, and pages that
+    no module of the shard's folder names. So a shard that is green stays so where other tests or pages alone are
+    mended, and for the commit that records it.
     """
     if commit_of(folder).endswith("+"):
         return {shard.name: "" for shard in given}
@@ -38,15 +38,16 @@ def inputs_of(folder: Path, given: Iterable[Shard]) -> dict[str, str]:
     for path in (LEDGER, "CHANGELOG.md"):
         files.pop(Path(path), None)
 
-    def digest(room):
+    def digest(shard):
+        room, own = shard.name.split("/")[0], {path.relative_to(folder) for path in shard.files}
         text = "".join(path.read_text() for path in (folder / "tb" / room).rglob("*.py"))
         foreign = () if room in READERS else {
-            path for path in files if (path.name.startswith("test_") and path.parts[1] != room)
+            path for path in files if (path.name.startswith("test_") and path not in own)
             or (_is_page(path) and path.name not in text)}
         return hashlib.sha256("\n".join(line for path, line in files.items() if path not in foreign).encode()
                               ).hexdigest()[:16]
 
-    return {shard.name: digest(shard.name.split("/")[0]) for shard in given}
+    return {shard.name: digest(shard) for shard in given}
 
 
 def _is_page(path):

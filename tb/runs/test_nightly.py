@@ -38,7 +38,8 @@ def test_a_shard_is_green_if_all_of_its_tests_passed(ran):
 def test_an_entry_names_commit_seed_and_tools(ran):
     root, entries = ran
     assert {entry.commit for entry in entries.values()} == {commit_of(root)}
-    assert {entry.shard: entry.inputs for entry in entries.values()} == inputs_of(root, [Shard(k, ()) for k in "abcd"])
+    shards = [Shard(name.split("/")[1], (root / name,)) for name in FILES]
+    assert {entry.shard: entry.inputs for entry in entries.values()} == inputs_of(root, shards)
     assert {entry.seed for entry in entries.values()} == {5}
     assert all({"python", "verilator", "icarus", "amaranth"} <= set(entry.versions) for entry in entries.values())
     assert all(entry.cpu > 0 for entry in entries.values())
@@ -68,12 +69,14 @@ def test_a_changed_file_marks_the_commit(tmp_path):
 
 @pytest.mark.parametrize(("path", "concerned"), [
     (LEDGER, ""), ("CHANGELOG.md", ""), ("hw/a.py", "icu noc/2 docs"), ("tb/noc/bench.py", "icu noc/2 docs"),
-    ("tb/noc/deep/test_a.py", "noc/2 docs"), ("tb/icu/test_a.py", "icu docs"), ("tb/conftest.py", "icu noc/2 docs"),
+    ("tb/noc/deep/test_a.py", "noc/2 docs"), ("tb/noc/test_c.py", "docs"), ("tb/icu/test_a.py", "icu docs"),
+    ("tb/conftest.py", "icu noc/2 docs"),
     ("README.md", "docs"), ("docs/data/a.csv", "docs"), ("docs/formats/named.md", "noc/2 docs"),
     ("docs/figures/history.csv", "icu noc/2 docs")])
 def test_a_shard_stays_green_until_what_it_may_read_changes(tmp_path, path, concerned):
     root = checkout(tmp_path / "project", {LEDGER: "", path: "0", "tb/noc/test_b.py": "PAGE = 'named.md'"})
-    shards = [Shard(name, ()) for name in ("icu", "noc/2", "docs")]
+    shards = [Shard(name, tuple(root / file for file in files)) for name, files in (
+        ("icu", ("tb/icu/test_a.py",)), ("noc/2", ("tb/noc/deep/test_a.py", "tb/noc/test_b.py")), ("docs", ()))]
     before = inputs_of(root, shards)
     (root / path).write_text("1")
     if path != LEDGER:
