@@ -177,7 +177,8 @@ class JobRules:
 
         self._candidates = [
             one(_port_code(given, ErrorCode.WRITE_REPLY) if fails else 0, given["address"]),
-            one(self._over_code(over) if over and load and load["resumes"] else 0, over and over.get("address", 0)),
+            one(self._over_code(over) if over and load and load["resumes"] and not self._said["stops"] else 0,
+                over and over.get("address", 0)),
             *self._polled, one(_port_code(given, ErrorCode.READ_REPLY) if ring else 0,
                                self._kept["ring"] + entry * DESCRIPTOR.dtype.itemsize),
             one(ErrorCode.RING.value if self._runs and self._far else 0, given["doorbell"]),

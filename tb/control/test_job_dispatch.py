@@ -65,8 +65,9 @@ LIMITS = [
 
 class TestJobDispatch(Bench):
     component, changes, variants, span = JobDispatch, NODES, ({},), 500
-    # Shares of descriptors with words of near cells, or with any word, that could not be read; reasons of refusals.
-    unread, broken = (0.3, 0.02), frozenset()
+    # Shares of descriptors with words of near cells, or with any word, that could not be read; reasons of refusals;
+    # parts of the table so far.
+    unread, broken, parts = (0.3, 0.02), frozenset(), 0
 
     def model(self, config):
         """A descriptor begins a cycle before its first word is taken; a word is passed on when the next one is."""
@@ -134,12 +135,18 @@ class TestJobDispatch(Bench):
                 "kind": Kind.LOAD, "cluster": 0}, random.choice(LIMITS)))
 
     def items(self, name, shape, random):
-        """Words; some of near cells, and few others, could not be read."""
-        for fields in self.fields(random):
+        """Words; some of near cells, and few others, could not be read: whatever is drawn, of the last part's fourth
+        descriptor.
+        """
+        self.parts += 1
+        is_last = self.parts % len(self.chances) == 0
+        for count, fields in enumerate(self.fields(random)):
             self.one = one = changed(descriptor(self.present, random), **fields)
             words = [*words_of(one), *(random.getrandbits(64) for _ in range(near_words(one, self.present)))]
             unread = {random.randrange(first, len(words)) for first, share in zip((DESCRIPTOR_WORDS, 0), self.unread,
                       strict=True) if first < len(words) and random.random() < share}
+            if is_last and count == 3 and self.unread[1]:
+                unread |= {0}
             self.requesting = random.choice((0.004, 0.02, 0.3))
             for number, data in enumerate(words):
                 yield {"index": min(number, NEAR_INDEX), "data": data, "last": int(number == len(words) - 1),
