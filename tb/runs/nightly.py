@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -18,6 +19,8 @@ from tb.runs.versions import versions
 
 __all__ = ["commit_of", "counts", "cpu_seconds", "inputs_of", "run_shards"]
 
+_OURS = re.compile(r"\btb(?:[./]\w+)+")
+
 
 def commit_of(folder: Path) -> str:
     """The hash of the commit that is checked out, and ``+`` if files but the ledger differ from it."""
@@ -28,26 +31,45 @@ def commit_of(folder: Path) -> str:
 def inputs_of(folder: Path, given: Iterable[Shard]) -> dict[str, str]:
     """By shard, a digest of all files of a commit that it may depend on; empty if files differ from the commit.
 
-    These are all but the ledger, the changelog, modules of tests of other shards, which nothing imports, and pages that
-    no module of the shard's folder names. So a shard that is green stays so where other tests or pages alone are
-    mended, and for the commit that records it.
+    These are all but the ledger, the changelog, Python files of ``tb`` that neither its modules of tests nor what these
+    import or name lead to, and pages that no module of its folder names. So a shard that is green stays so where other
+    tests or pages alone are mended, and for the commit that records it.
     """
     if commit_of(folder).endswith("+"):
         return {shard.name: "" for shard in given}
     files = {Path(line.split("\t")[1]): line for line in _git(folder, "ls-tree", "-r", "HEAD").splitlines()}
     for path in (LEDGER, "CHANGELOG.md"):
         files.pop(Path(path), None)
+    ours = {path for path in files if path.parts[0] == "tb" and path.suffix == ".py"}
 
     def digest(shard):
-        room, own = shard.name.split("/")[0], {path.relative_to(folder) for path in shard.files}
+        room = shard.name.split("/")[0]
+        own = {path for path in ours if path.parts[1] == room and not path.name.startswith("test_")}
         text = "".join(path.read_text() for path in (folder / "tb" / room).rglob("*.py"))
-        foreign = () if room in READERS else {
-            path for path in files if (path.name.startswith("test_") and path not in own)
-            or (_is_page(path) and path.name not in text)}
-        return hashlib.sha256("\n".join(line for path, line in files.items() if path not in foreign).encode()
-                              ).hexdigest()[:16]
+        reached = ours if room in READERS else _reached(
+            folder, ours, {*own, *(path.relative_to(folder) for path in shard.files)})
+        foreign = {path for path in files if _is_page(path) and path.name not in text and room not in READERS}
+        return hashlib.sha256("\n".join(line for path, line in files.items() if path not in foreign | ours - reached)
+                              .encode()).hexdigest()[:16]
 
     return {shard.name: digest(shard) for shard in given}
+
+
+def _reached(folder, ours, begin):
+    """Those of our files that some of them lead to, by imports and by names in strings; each folder's own rules too."""
+    found, todo = set(), {*begin, *(path for path in ours if path.name in ("__init__.py", "conftest.py"))}
+    while todo:
+        found.add(path := todo.pop())
+        for name in set(_OURS.findall((folder / path).read_text())):
+            steps = re.split("[./]", name)
+            for end in range(len(steps), 0, -1):
+                place = Path(*steps[:end])
+                named = {one for one in ours if one == place.with_suffix(".py") or (
+                    one.parent == place and not one.name.startswith("test_"))}
+                if named:
+                    todo |= named - found
+                    break
+    return found
 
 
 def _is_page(path):

@@ -68,13 +68,18 @@ def test_a_changed_file_marks_the_commit(tmp_path):
 
 
 @pytest.mark.parametrize(("path", "concerned"), [
-    (LEDGER, ""), ("CHANGELOG.md", ""), ("hw/a.py", "icu noc/2 docs"), ("tb/noc/bench.py", "icu noc/2 docs"),
+    (LEDGER, ""), ("CHANGELOG.md", ""), ("hw/a.py", "icu noc/2 docs"), ("tb/noc/bench.py", "noc/2 docs"),
+    ("tb/lib/far.py", "noc/2 docs"), ("tb/lib/part/run.py", "noc/2 docs"), ("tb/lib/other.py", "docs"),
+    ("tb/noc/a.csv", "icu noc/2 docs"),
     ("tb/noc/deep/test_a.py", "noc/2 docs"), ("tb/noc/test_c.py", "docs"), ("tb/icu/test_a.py", "icu docs"),
     ("tb/conftest.py", "icu noc/2 docs"),
     ("README.md", "docs"), ("docs/data/a.csv", "docs"), ("docs/formats/named.md", "noc/2 docs"),
     ("docs/figures/history.csv", "icu noc/2 docs")])
 def test_a_shard_stays_green_until_what_it_may_read_changes(tmp_path, path, concerned):
-    root = checkout(tmp_path / "project", {LEDGER: "", path: "0", "tb/noc/test_b.py": "PAGE = 'named.md'"})
+    root = checkout(tmp_path / "project", {
+        LEDGER: "", path: "0", "tb/icu/test_a.py": "", "tb/noc/deep/test_a.py": "from tb.lib.near import X",
+        "tb/noc/test_b.py": "PAGE = 'named.md'", "tb/lib/near.py": "import tb.lib.far",
+        "tb/lib/far.py": "python -m tb.lib.part", "tb/lib/part/run.py": ""})
     shards = [Shard(name, tuple(root / file for file in files)) for name, files in (
         ("icu", ("tb/icu/test_a.py",)), ("noc/2", ("tb/noc/deep/test_a.py", "tb/noc/test_b.py")), ("docs", ()))]
     before = inputs_of(root, shards)
