@@ -261,6 +261,14 @@ def test_what_comes_in_a_reset_is_ignored(benches):
         assert codes(records_of(found)) == ["ABORTED"]
 
 
+@pytest.mark.parametrize(("cycle", "expected"), [(20, ["READ_REPLY"]), (21, []), (22, [])])
+def test_the_load_of_a_resume_fails_until_a_stop_resets_its_unit(benches, cycle, expected):
+    """The command is given in cycle 20, and resets in the next one."""
+    events = {2: {"i_command": 1}, 10: {"i_command": 4}, 20: {"i_command": 1}}
+    events[cycle] = events.get(cycle, {}) | {"load_over": READ_ERROR}
+    assert errors(benches[2].run(Script(2, events), 30)) == expected
+
+
 def test_the_culprit_after_a_stop(benches):
     """Sections that had not begun when they were aborted change nothing of who is blamed later."""
     events = {2: section(0, 1), 3: section(0, 2), 5: {"begins": 1}, 6: {"begins": 0, "o_record": 1},
