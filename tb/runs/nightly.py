@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterable
 from datetime import datetime
 from pathlib import Path
@@ -31,9 +32,9 @@ def commit_of(folder: Path) -> str:
 def inputs_of(folder: Path, given: Iterable[Shard]) -> dict[str, str]:
     """By shard, a digest of all files of a commit that it may depend on; empty if files differ from the commit.
 
-    These are all but the ledger, the changelog, Python files of ``tb`` that neither its modules of tests nor what these
-    import or name lead to, and pages that no module of its folder names. So a shard that is green stays so where other
-    tests or pages alone are mended, and for the commit that records it.
+    These are all but the ledger, the changelog, Python files of ``tb`` that the shard's tests neither import nor name,
+    directly or through others, and pages that no module of its folder names. So a shard that is green stays so where
+    other tests or pages alone are mended, and for the commit that records it.
     """
     if commit_of(folder).endswith("+"):
         return {shard.name: "" for shard in given}
@@ -41,13 +42,14 @@ def inputs_of(folder: Path, given: Iterable[Shard]) -> dict[str, str]:
     for path in (LEDGER, "CHANGELOG.md"):
         files.pop(Path(path), None)
     ours = {path for path in files if path.parts[0] == "tb" and path.suffix == ".py"}
+    leads = _leads(folder, ours)
 
     def digest(shard):
         room = shard.name.split("/")[0]
         own = {path for path in ours if path.parts[1] == room and not path.name.startswith("test_")}
         text = "".join(path.read_text() for path in (folder / "tb" / room).rglob("*.py"))
         reached = ours if room in READERS else _reached(
-            folder, ours, {*own, *(path.relative_to(folder) for path in shard.files)})
+            leads, {*own, *(path.relative_to(folder) for path in shard.files)})
         foreign = {path for path in files if _is_page(path) and path.name not in text and room not in READERS}
         return hashlib.sha256("\n".join(line for path, line in files.items() if path not in foreign | ours - reached)
                               .encode()).hexdigest()[:16]
@@ -55,20 +57,27 @@ def inputs_of(folder: Path, given: Iterable[Shard]) -> dict[str, str]:
     return {shard.name: digest(shard) for shard in given}
 
 
-def _reached(folder, ours, begin):
-    """Those of our files that some of them lead to, by imports and by names in strings; each folder's own rules too."""
-    found, todo = set(), {*begin, *(path for path in ours if path.name in ("__init__.py", "conftest.py"))}
+def _leads(folder, ours):
+    """For each of our files those that it imports or names in a string; a package stands for its modules."""
+    places = defaultdict(set)
+    for path in ours:
+        places[path.with_suffix("")].add(path)
+        if not path.name.startswith("test_"):
+            places[path.parent].add(path)
+
+    def named(name):
+        steps = re.split("[./]", name)
+        return next((places[place] for end in range(len(steps), 0, -1) if (place := Path(*steps[:end])) in places), ())
+
+    return {path: set().union(*map(named, set(_OURS.findall((folder / path).read_text())))) for path in ours}
+
+
+def _reached(leads, begin):
+    """The files that some lead to, and what pytest reads in any case."""
+    found, todo = set(), {*begin, *(path for path in leads if path.name in ("__init__.py", "conftest.py"))}
     while todo:
         found.add(path := todo.pop())
-        for name in set(_OURS.findall((folder / path).read_text())):
-            steps = re.split("[./]", name)
-            for end in range(len(steps), 0, -1):
-                place = Path(*steps[:end])
-                named = {one for one in ours if one == place.with_suffix(".py") or (
-                    one.parent == place and not one.name.startswith("test_"))}
-                if named:
-                    todo |= named - found
-                    break
+        todo |= leads[path] - found
     return found
 
 
