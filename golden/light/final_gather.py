@@ -4,12 +4,13 @@ import numpy as np
 
 from golden.base.compiled import compiled
 from golden.cast.frame import frame
+from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Rays
 from golden.light.direct import DirectLight
 from golden.light.form_factors import ray_ends
 from golden.light.indirect import IndirectLight
 from golden.light.node_rows import joined
-from golden.light.sampling import mix, sobol
+from golden.light.sampling import mix, sobol, uniform
 from golden.light.surface_points import SurfacePoints, bilinear
 from golden.light.tally import Tally
 from golden.scene.scene import Scene
@@ -29,8 +30,9 @@ WEIGHT_BITS = 32
 class FinalGather:
     """The indirect light at points: interpolated from nodes, or beside `Contacts` gathered by rays.
 
-    The rays' directions are spread by the cosine. A ray that ends nearby takes the light at its very end:
-    the element is too coarse there. Others take the radiosity of the piece of an element that they hit.
+    The rays' directions are spread by the cosine, or are those of a small hemisphere, turned about its normal by a
+    random angle. A ray that ends nearby takes the light at its very end: the element is too coarse there. Others take
+    the radiosity of the piece of an element that they hit.
 
     Parameters
     ----------
@@ -39,19 +41,26 @@ class FinalGather:
     caster
         Casts the rays.
     tally
-        Counts the rays, as kind ``"gather"``, and their shadow rays.
+        Counts the rays, as kind ``"gather"``, or beside frusta ``"single gather"``, and their shadow rays.
     samples
-        Rays per point.
+        Rays per point, a power of two from 16 on.
     frusta
         As `DirectLight` takes it.
     reach
         Shares of an element's length within which a ray that ends there takes the light at its very end.
+    together
+        Of so many points, with ranks from a multiple on, those on one side of a patch have the light of the first one,
+        at which ``frusta`` cast a hemisphere. Default: each has its own, by rays of ``caster``.
     """
 
     def __init__(self, scene: Scene, indirect: IndirectLight, caster, tally: Tally, samples: int, frusta=None,
-                 reach: float = REACH):
-        self._scene, self._indirect, self._samples = scene, indirect, samples
-        self._caster = tally.counting("gather", caster)
+                 reach: float = REACH, together: int | None = None):
+        self._scene, self._indirect, self._samples, self._together = scene, indirect, samples, together
+        if together is None:
+            self._caster = tally.counting("gather" if frusta is None else "single gather", caster)
+            self._cast = self._by_rays
+        else:
+            self._caster, self._cast = tally.counting("gather", frusta), self._by_hemispheres
         self._light = DirectLight(scene, caster, tally, 1, frusta=frusta)
         self._block = BLOCK if frusta is None else SHADOW_BLOCK
         # What reflects nothing needs no light.
@@ -70,11 +79,21 @@ class FinalGather:
         """
         result = self._indirect.at(points.patch, u, v, front)
         touched = np.flatnonzero(self._indirect.touched(points.patch, u, v, front))
+        first, group = self._groups(points.patch[touched], front[touched], rank[touched])
+        gathered, chosen = np.empty((len(first), 3)), touched[first]
         size = max(1, self._block // self._samples)
-        for start in range(0, len(touched), size):
-            rows = touched[start:start + size]
-            result[rows] = self._gathered(points[rows], keys[rows], rank[rows], self._samples)
+        for start in range(0, len(chosen), size):
+            rows = chosen[start:start + size]
+            gathered[start:start + size] = self._gathered(points[rows], keys[rows], rank[rows], self._samples)
+        result[touched] = gathered[group]
         return result
+
+    def _groups(self, patch, front, rank):
+        """The first ones of points that share light, and for each point the number of its group."""
+        if self._together is None:
+            return (np.arange(len(rank)),) * 2
+        return np.unique(np.column_stack([rank // self._together, patch, front]), axis=0, return_index=True,
+                         return_inverse=True)[1:]
 
     def corrected(self, seed: int) -> IndirectLight:
         """The indirect light, at nodes of flat surfaces with the light that changes within elements nearby.
@@ -110,14 +129,10 @@ class FinalGather:
 
     def _gathered(self, points, keys, rank, samples, changing=None):
         """The light of all that rays meet, or its change within pieces that are ``changing`` alone."""
-        count = len(points)
-        places = sobol(keys, samples, rank).reshape(-1, 2)
-        direction = np.empty((len(places), 3))
-        _spread(places, frame(points.normal), samples, direction)
-        owner = np.repeat(np.arange(count), samples)
+        count, owner = len(points), np.repeat(np.arange(len(points)), samples)
+        weight, direction, hits = self._cast(points, keys, rank, samples, owner)
         rays = Rays(points.position[owner], direction, points.sources(self._scene)[owner])
-        hits = self._caster.nearest(rays)
-        weight = np.full(len(owner), 2**WEIGHT_BITS // samples)
+        hits = hits(rays)
         rows, found = self._indirect.rows, []
         for clear in rows.clear:
             light = np.zeros((count, 3))
@@ -135,8 +150,27 @@ class FinalGather:
                 if changing is None:
                     radiance += np.where(piece[:, None] >= 0, self._indirect.display[piece], 0.0)
                 see(end, part, radiance)
-            found.append(light / (weight[0] * samples))
+            found.append(light / weight[:samples].sum())
         return joined(rows.groups, found)
+
+    def _by_rays(self, points, keys, rank, samples, _):
+        """Weights and directions of the rays of points, and the function from them to their hits."""
+        direction = np.empty((len(points) * samples, 3))
+        _spread(sobol(keys, samples, rank).reshape(-1, 2), frame(points.normal), samples, direction)
+        return np.full(len(direction), 2**WEIGHT_BITS // samples), direction, self._caster.nearest
+
+    def _by_hemispheres(self, points, keys, rank, samples, owner):
+        """The same of a hemisphere at each point."""
+        polars = max(4, 1 << (samples.bit_length() - 2) // 2)
+        grid = Hemisphere(samples // polars, polars)
+        turn = 2 * np.pi * uniform(mix(keys, 11), rank)
+        cosine, sine = np.cos(turn)[:, None], np.sin(turn)[:, None]
+        first, second, normal = frame(points.normal).swapaxes(0, 1)
+        frames = np.stack([cosine * first + sine * second, cosine * second - sine * first, normal], axis=1)
+        cast = self._caster.hemispheres(grid, points.position, frames, points.sources(self._scene))
+        number = np.tile(np.arange(samples), len(points))
+        direction = np.einsum("rx,kxy->kry", grid.directions, frames).reshape(-1, 3)
+        return np.tile(grid.weights, len(points)), direction, lambda rays: cast(owner, number, rays)
 
     def _change(self, piece, hits, keys, rank, changing):
         """By how much the radiance of what rays hit nearby, K x 3, differs from that of its piece."""

@@ -26,7 +26,7 @@ class RenderStatistics:
         Of the scene, of its first pass, and hemispheres that it cast.
     rays
         The counts of each kind: hemisphere, transmission, primary, shadow, single shadow (cast beside shadow frusta),
-        reflection, refraction, gather.
+        reflection, refraction, gather, single gather (beside hemispheres that gather).
     total
         Of all kinds.
     seconds

@@ -382,8 +382,7 @@ class _Shader:
         self._light = DirectLight(
             scene, caster, tally, settings.light_samples, frusta=shadow_caster(frusta),
             rays=settings.width * settings.height * settings.samples * settings.light_samples)
-        self._reflected = FinalGather(scene, indirect, caster, tally, max(LEAST_GATHER, GATHER // settings.samples),
-                                      shadow_caster(frusta))
+        self._reflected = self._gather(caster, tally, shadow_caster(frusta), settings)
         self._seen = SeenPoints(scene)
         self._materials = {name: scene.channels(name) for name in ("diffuse", "specular", "transparent", "emission")}
         self._is_diffuse = self._materials["diffuse"].any(axis=1)
@@ -391,6 +390,13 @@ class _Shader:
         self._most_diffuse = 1 - self._materials["specular"] - self._materials["transparent"]
         self._glass = Glass(scene)
         self._index = np.where(self._glass.thin, 1.0, scene.channels("refraction_index"))
+
+    def _gather(self, caster, tally, frusta, settings):
+        """By frusta a hemisphere for the points of a pixel, or with an estimate of noise for those of either half."""
+        share = 1 if frusta is None else settings.samples if settings.noise is None else settings.samples // 2
+        return FinalGather(self._scene, self._indirect, caster, tally,
+                           max(LEAST_GATHER, GATHER * share // settings.samples), frusta,
+                           together=None if frusta is None else share)
 
     def trace(self, rays: Rays, hits: Hits, key: np.ndarray, rank: np.ndarray,
               field: np.ndarray | None = None) -> np.ndarray:

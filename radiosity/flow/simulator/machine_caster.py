@@ -184,7 +184,7 @@ class MachineCaster(FixedFrusta):
     @property
     def ray_kinds(self) -> tuple[str, ...]:
         """The kinds of rays of an image that the machine casts."""
-        return ("hemisphere", "primary", *(("shadow",) if self._simulated.config.icu.shadow_bits else ()))
+        return ("hemisphere", "gather", "primary", *(("shadow",) if self._simulated.config.icu.shadow_bits else ()))
 
     @property
     def specular_rays(self) -> int:

@@ -5,6 +5,7 @@ import pytest
 
 from benchmarks.analytic import point_to_polygon
 from golden.cast.grid import Grid
+from golden.engine.cast.fixed_frusta import ShellingFrusta
 from golden.light.final_gather import FinalGather
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints
@@ -32,14 +33,14 @@ def column(radius, height, sides=16):
     return np.stack([ring[:-1], ring[1:], top[1:], top[:-1]], axis=1)
 
 
-def lit(scene, points, samples=256, max_edge=0.17):
-    """Indirect light at points of the floor, patch 0."""
+def lit(scene, points, samples=256, max_edge=0.17, **options):
+    """Indirect light at points of the floor, patch 0; options of `FinalGather`."""
     caster, tally, indirect = Grid(scene), Tally(), solved(scene, max_edge)
     count = len(points)
     surface = SurfacePoints(points, np.tile((0.0, 0, 1), (count, 1)), np.zeros(count, dtype=int))
-    return FinalGather(scene, indirect, caster, tally, samples).light(
+    return FinalGather(scene, indirect, caster, tally, samples, **options).light(
         surface, points[:, 0] / 2, points[:, 1] / 2, np.ones(count, dtype=bool), mix(0, 7, np.arange(count)),
-        np.zeros(count, dtype=int))[:, 0]
+        np.arange(count))[:, 0]
 
 
 def open_sky(points, faces):
@@ -77,6 +78,26 @@ def test_the_sky_beside_a_black_body_is_the_closed_form(name):
     truth = open_sky(points, faces)
     found = lit(scene_of((FLOOR, BLACK), (faces, BLACK), background=OPEN), points)
     assert (np.abs(found / truth - 1) < tolerance(DISTANCES)).all(), found / truth - 1
+
+
+@pytest.mark.parametrize("name", ["box", "shelf"])
+def test_hemispheres_of_frusta_gather_the_sky_beside_a_black_body(name):
+    faces, start, away = BODIES[name]
+    points, scene = np.array(start) + DISTANCES[:, None] * np.array(away), scene_of(
+        (FLOOR, BLACK), (faces, BLACK), background=OPEN)
+    found = lit(scene, points, frusta=ShellingFrusta(scene), together=1)
+    assert (np.abs(found / open_sky(points, faces) - 1) < tolerance(DISTANCES)).all()
+
+
+def test_points_of_a_pixel_on_one_side_of_a_patch_share_a_hemisphere():
+    faces, start, away = BODIES["box"]
+    points, scene = np.array(start) + np.linspace(0.02, 0.1, 8)[:, None] * np.array(away), scene_of(
+        (FLOOR, BLACK), (faces, BLACK), background=OPEN)
+    each, of_four, of_eight = (lit(scene, points, frusta=ShellingFrusta(scene), together=together)
+                               for together in (1, 4, 8))
+    assert each[0] != each[4]
+    np.testing.assert_array_equal(of_four, each[[0, 0, 0, 0, 4, 4, 4, 4]])
+    np.testing.assert_array_equal(of_eight, each[0])
 
 
 # A room of 2 x 2 x 1 whose ceiling alone reflects, and a point light on one side of a partition.

@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 from golden.cast.grid import Grid
+from golden.cast.hemisphere import Hemisphere
+from golden.engine.cast.fixed_frusta import ShellingFrusta
 from golden.light.final_gather import CHANGED, FinalGather
+from golden.light.sampling import mix
+from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
@@ -42,10 +46,20 @@ def from_floor(points, count=1000):
     return np.array(found) * (2 - SHADOW) * 2 / count**2 / np.pi
 
 
-def test_nodes_have_the_light_of_what_is_nearby_and_not_of_its_element():
+class ShadowsAlone:
+    """A caster of shadow rays; no other ray is to be cast by it."""
+
+    def __init__(self, scene):
+        self.occluded, self.any_hit = Grid(scene).occluded, Grid(scene).any_hit
+
+
+@pytest.mark.parametrize("by_frusta", [False, True])
+def test_nodes_have_the_light_of_what_is_nearby_and_not_of_its_element(by_frusta):
     scene = shadowed_corner()
-    caster, tally, indirect = Grid(scene), Tally(), solved(scene, 0.34)
-    corrected = FinalGather(scene, indirect, caster, tally, 1024, reach=2.0).corrected(0)
+    tally, indirect = Tally(), solved(scene, 0.34)
+    caster, options = (ShadowsAlone(scene), {"frusta": ShellingFrusta(scene), "together": 1}) if by_frusta else (
+        Grid(scene), {})
+    corrected = FinalGather(scene, indirect, caster, tally, 1024, reach=2.0, **options).corrected(0)
     for nodes, before, after in ((indirect.elements.lattice, indirect.irradiance, corrected.irradiance),
                                  (indirect.refined, indirect.refined_irradiance, corrected.refined_irradiance)):
         foot = np.flatnonzero((nodes.normal[:, 0] > 0.5) & (nodes.position[:, 2] < 0.05)
@@ -76,3 +90,22 @@ def test_nodes_of_curved_surfaces_keep_their_light():
     indirect = solved(scene, 0.34)
     corrected = FinalGather(scene, indirect, Grid(scene), Tally(), 1024, reach=2.0).corrected(0)
     np.testing.assert_array_equal(corrected.irradiance, indirect.irradiance)
+
+
+@pytest.mark.parametrize(("samples", "error"), [(16, 0.03), (32, 0.03), (64, 0.03), (128, 0.01), (256, 0.01)])
+def test_hemispheres_of_a_point_are_turned_at_random(samples, error):
+    """Each is another estimate of the same light, right but for the polar angles, four or eight, and all rays are in
+    frusta.
+    """
+    scene, tally, count = shadowed_corner(), Tally(), 100
+    point, normal = np.array([[0, 1, 0.3]]), np.array([[1.0, 0, 0]])
+    indirect = solved(scene, 0.34)
+    gather = FinalGather(scene, indirect, ShadowsAlone(scene), tally, samples, ShellingFrusta(scene), reach=9.0,
+                         together=1)
+    of_pieces = indirect.rows.cast(point, normal, scene.surface[[1]], Hemisphere(256, 64)).gathered(indirect.display)
+    points = SurfacePoints(*(np.repeat(row, count, axis=0) for row in (point, normal, [1])))
+    found = of_pieces[0, 0] + gather.correction(points, mix(1, np.arange(count)))[:, 0]
+    expected = from_floor(point)[0]
+    assert 1e-3 < found.std() / expected < 0.1
+    assert found.mean() == pytest.approx(expected, rel=error)
+    assert tally.kinds["gather"]["rays"] == count * samples
