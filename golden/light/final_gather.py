@@ -49,8 +49,8 @@ class FinalGather:
     reach
         Shares of an element's length within which a ray that ends there takes the light at its very end.
     together
-        Of so many points, with ranks from a multiple on, those on one side of a patch have the light of the first one,
-        at which ``frusta`` cast a hemisphere. Default: each has its own, by rays of ``caster``.
+        Of so many points of one hash, with ranks from a multiple on, those on one side of a patch have the light of the
+        first one, at which ``frusta`` cast a hemisphere. Default: each has its own, by rays of ``caster``.
     """
 
     def __init__(self, scene: Scene, indirect: IndirectLight, caster, tally: Tally, samples: int, frusta=None,
@@ -79,7 +79,7 @@ class FinalGather:
         """
         result = self._indirect.at(points.patch, u, v, front)
         touched = np.flatnonzero(self._indirect.touched(points.patch, u, v, front))
-        first, group = self._groups(points.patch[touched], front[touched], rank[touched])
+        first, group = self._groups(keys[touched], rank[touched], points.patch[touched], front[touched])
         gathered, chosen = np.empty((len(first), 3)), touched[first]
         size = max(1, self._block // self._samples)
         for start in range(0, len(chosen), size):
@@ -88,12 +88,12 @@ class FinalGather:
         result[touched] = gathered[group]
         return result
 
-    def _groups(self, patch, front, rank):
+    def _groups(self, keys, rank, patch, front):
         """The first ones of points that share light, and for each point the number of its group."""
         if self._together is None:
             return (np.arange(len(rank)),) * 2
-        return np.unique(np.column_stack([rank // self._together, patch, front]), axis=0, return_index=True,
-                         return_inverse=True)[1:]
+        alike = np.column_stack([keys.view(np.int64), rank // self._together, patch, front])
+        return np.unique(alike, axis=0, return_index=True, return_inverse=True)[1:]
 
     def corrected(self, seed: int) -> IndirectLight:
         """The indirect light, at nodes of flat surfaces with the light that changes within elements nearby.

@@ -405,16 +405,19 @@ class _Shader:
         ``key`` seeds the samples of lights; those of rays with neighbouring ``rank`` spread together. ``field`` numbers
         rays that pass through the middles of fields.
         """
-        result = np.zeros((6, len(rays)))
-        waves = [(rays, hits, np.arange(len(rays)), np.ones((len(rays), 3)), key, rank, field)]
+        count = len(rays)
+        result, keys = np.zeros((6, count)), np.full(count, key, dtype=np.uint64)
+        generation = rays, hits, np.arange(count), np.ones((count, 3)), keys, rank, field
         for depth in range(self._depth + 1):
-            waves = [later for wave in waves for later in self._wave(result, *wave, depth)]
+            branches = [branch for branch in self._add_seen(result, *generation, depth) if len(branch[0])]
+            if not branches:
+                break
+            rays, hits, *rest = zip(*branches, strict=True)
+            generation = (_joined(rays), _joined(hits), *map(np.concatenate, rest), None)
         return result
 
-    def _wave(self, result, rays, hits, owner, weight, key, rank, field, depth):
-        """Add what rays of one generation see, times ``weight``, to their owners; returns the next generation."""
-        if not len(rays):
-            return
+    def _add_seen(self, result, rays, hits, owner, weight, key, rank, field, depth):
+        """Add what rays of one generation see, times ``weight``, to their owners; yields branches of the next one."""
         light = self._scene.background_along(rays.direction)
         met = np.flatnonzero(hits.patch >= 0)
         patch, u, v = hits.patch[met], hits.u[met], hits.v[met]
@@ -423,7 +426,7 @@ class _Shader:
         light[met] = np.where(active[:, None], self._materials["emission"][patch], 0)
         measured = self._with_received and depth == 0
         diffuse = np.flatnonzero(active & (self._is_diffuse[patch] | measured))
-        direct, gathered = (np.full(len(diffuse), mix(key, use)) for use in (4, 7))
+        direct, gathered = (mix(key[met[diffuse]], use) for use in (4, 7))
         arriving = self._light.irradiance(points[diffuse], direct, rank[met[diffuse]])
         arriving += self._reflected.light(points[diffuse], u[diffuse], v[diffuse], front[diffuse], gathered,
                                           rank[met[diffuse]])
@@ -432,7 +435,7 @@ class _Shader:
         if measured:
             result[5] += np.bincount(owner[met[diffuse]], luminance(arriving), result.shape[1])
         if depth < self._depth:
-            yield from self._next(points, direction, front, active, owner[met], weight[met], key, rank[met],
+            yield from self._next(points, direction, front, active, owner[met], weight[met], key[met], rank[met],
                                   None if field is None or self._specular is None else field[met])
 
     def _diffuse(self, patch, position):
@@ -447,8 +450,8 @@ class _Shader:
         kept = np.flatnonzero(self._is_specular[points.patch])
         if not len(kept):
             return
-        points, direction, front, active, owner, weight, rank = (
-            values[kept] for values in (points, direction, front, active, owner, weight, rank))
+        points, direction, front, active, owner, weight, key, rank = (
+            values[kept] for values in (points, direction, front, active, owner, weight, key, rank))
         specular = self._materials["specular"][points.patch] * active[:, None]
         transparent = self._materials["transparent"][points.patch]
         cosine = np.clip(-np.einsum("kj,kj->k", direction, points.normal), 1e-6, 1)
@@ -475,7 +478,7 @@ class _Shader:
             rays = Rays(points.position[some], toward[some], self._scene.surface[points.patch[some]])
             hits = self._casters[kind].nearest(rays) if fields is None else self._beyond(
                 kind, rays, fields[some], np.flatnonzero(is_flat[some]))
-            yield rays, hits, owner[some], carried[some], mix(key, 5 + branch), rank[some], None
+            yield rays, hits, owner[some], carried[some], mix(key[some], 5 + branch), rank[some]
 
     def _beyond(self, kind, rays, field, flat):
         """The hits of rays behind mirrors or panes, of which those numbered ``flat`` meet flat ones: some as frusta."""
@@ -483,8 +486,12 @@ class _Shader:
         rows = np.concatenate([flat[cast], np.delete(np.arange(len(rays)), flat[cast])])
         parts = self._casters[kind].count(found), self._casters[kind].nearest(rays[rows[len(cast):]])
         back = np.argsort(rows)
-        return Hits(**{name: np.concatenate([getattr(part, name) for part in parts])[back]
-                       for name in ("patch", "t", "u", "v", "tests", "steps")})
+        return Hits(**{name: values[back] for name, values in vars(_joined(parts)).items()})
+
+
+def _joined(parts):
+    """Rays, or hits, of several one after the other."""
+    return type(parts[0])(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
 
 
 @compiled

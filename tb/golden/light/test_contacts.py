@@ -39,7 +39,7 @@ def lit(scene, points, samples=256, max_edge=0.17, **options):
     count = len(points)
     surface = SurfacePoints(points, np.tile((0.0, 0, 1), (count, 1)), np.zeros(count, dtype=int))
     return FinalGather(scene, indirect, caster, tally, samples, **options).light(
-        surface, points[:, 0] / 2, points[:, 1] / 2, np.ones(count, dtype=bool), mix(0, 7, np.arange(count)),
+        surface, points[:, 0] / 2, points[:, 1] / 2, np.ones(count, dtype=bool), np.full(count, mix(0, 7)),
         np.arange(count))[:, 0]
 
 
@@ -91,7 +91,7 @@ def test_hemispheres_of_frusta_gather_the_sky_beside_a_black_body(name):
 
 def test_points_of_a_pixel_on_one_side_of_a_patch_share_a_hemisphere():
     faces, start, away = BODIES["box"]
-    points, scene = np.array(start) + np.linspace(0.02, 0.1, 8)[:, None] * np.array(away), scene_of(
+    points, scene = np.array(start) + np.linspace(0.01, 0.04, 8)[:, None] * np.array(away), scene_of(
         (FLOOR, BLACK), (faces, BLACK), background=OPEN)
     each, of_four, of_eight = (lit(scene, points, frusta=ShellingFrusta(scene), together=together)
                                for together in (1, 4, 8))
