@@ -269,25 +269,33 @@ def test_a_load_of_cells_empties_the_caches(regions, empties):
     assert loads_scene(SimpleNamespace(descriptors=loads)) == empties
 
 
-def test_waveforms_begin_so_many_cycles_after_the_doorbell(machine_at, tmp_path, monkeypatch):
-    machine, done = machine_at(KeepingHost()), []
+@pytest.mark.parametrize("sampled", [False, True])
+@pytest.mark.parametrize(("begin", "cycles"), [(30, 7), (0, SAMPLE_CYCLES), (3 * SAMPLE_CYCLES + 1, 2000)])
+def test_waveforms_are_of_their_window_and_a_timeline_goes_on_in_them(machine_at, tmp_path, monkeypatch, begin, cycles,
+                                                                      sampled):
+    machine, done, samples = machine_at(KeepingHost()), [], [] if sampled else None
     monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.write_wave_view", lambda *paths: done.append(paths))
+    monkeypatch.setattr(SimulatedMachine, "_end_timeline", lambda *_: None)
 
     async def wait(cycles):
-        done.append(cycles)
+        machine.port.cycles += cycles
 
     def trace(path):
-        done.append(path is not None)
+        done.append((machine.port.cycles, path is not None))
         if path:
             path.write_text("waves")
 
     machine.port.wait, machine.port.trace = wait, trace
     path = tmp_path / "job.vcd"
-    machine.run([hemispheres(5)], waves=WaveformWindow(path=path, begin=30, cycles=7))
-    assert done == [30, True, 7, False, (path, tmp_path / "job.gtkw")]
+    machine.run([hemispheres(5)], waves=WaveformWindow(path=path, begin=begin, cycles=cycles), timeline=samples)
+    assert done == [(begin, True), (begin + cycles, False), (path, tmp_path / "job.gtkw")]
     assert path.read_text() == "waves"
+    if sampled:
+        at = [0, *(cycle for cycle, _ in samples), begin + cycles]
+        assert samples[0][0] == 0
+        assert max(np.diff(at)) < 2 * SAMPLE_CYCLES
     machine.run([hemispheres(5)])
-    assert len(done) == 5
+    assert len(done) == 3
 
 
 def check(request, frusta):

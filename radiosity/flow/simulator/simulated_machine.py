@@ -40,7 +40,7 @@ class WaveformWindow:
     begin
         First cycle, counted from the doorbell.
     cycles
-        Number of cycles.
+        Number of cycles; the reads of a timeline's sample that begins in them are written to their end.
     """
 
     path: Path
@@ -91,7 +91,8 @@ class SimulatedMachine:
             The phases, see `golden.engine.jobs.phase_request`.
         timeline
             A list to which samples are appended: the cycle since the doorbell, and the counters `SAMPLED` of each
-            cluster. The last sample is of the end of the job, with all counters.
+            cluster. The first sample is of cycle 0, with ``waves`` too; the last one is of the end of the job, with
+            all counters.
         waves
             The signals to write; needs ``traced``.
         progress
@@ -113,16 +114,21 @@ class SimulatedMachine:
         self._held = HeldTables()
         self._begin(job)
         before = self._shared_counters(), complete(self._host.counters(SINCE_RESET))
+        if timeline is not None:
+            timeline.append((0, complete(self._host.counters(SAMPLED))))
         doorbell, first = complete(self._host.read("cycles")), self.port.cycles
+
+        async def sample():
+            cycle = self.port.cycles - first
+            if timeline is not None and cycle >= timeline[-1][0] + SAMPLE_CYCLES:
+                timeline.append((cycle, await self._host.counters(SAMPLED)))
 
         async def watch(completed):
             nonlocal waves
             if waves:
                 window, waves = waves, None
-                await self._write_waves(window)
-            cycle = self.port.cycles - first
-            if timeline is not None and (not timeline or cycle >= timeline[-1][0] + SAMPLE_CYCLES):
-                timeline.append((cycle, await self._host.counters(SAMPLED)))
+                await self._write_waves(window, sample)
+            await sample()
             if progress:
                 progress(completed)
 
@@ -141,13 +147,20 @@ class SimulatedMachine:
         if complete(self._host.status())["halted"]:
             complete(self._host.resume(job.phases[0].address))
 
-    async def _write_waves(self, window):
-        await self.port.wait(window.begin)
+    async def _write_waves(self, window, sample):
+        await self._wait(window.begin, sample)
         with whole_file(window.path) as part:
             self.port.trace(part)
-            await self.port.wait(window.cycles)
+            await self._wait(window.cycles, sample)
             self.port.trace(None)
         write_wave_view(window.path, window.path.with_suffix(".gtkw"))
+
+    async def _wait(self, cycles, sample):
+        end = self.port.cycles + cycles
+        while (left := end - self.port.cycles) > 0:
+            await self.port.wait(min(left, SAMPLE_CYCLES))
+            if left > SAMPLE_CYCLES:
+                await sample()
 
     def _result(self, job, records, doorbell, shared, counted):
         def read(address, size):
