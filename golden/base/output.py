@@ -66,7 +66,8 @@ def check_inputs_stay(*inputs: str | Path, outputs: Iterable[Path | None]) -> No
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A temporary path beside ``path`` to write; it replaces ``path`` if the block succeeds.
+    """A temporary path beside ``path`` to write, with its suffix in lower case; it replaces ``path`` if the block
+    succeeds.
 
     After an error ``path`` has its old content; it never has a part of the new content.
 
@@ -89,6 +90,6 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def _part(path: Path) -> Path:
-    # The suffix stays last: writers select their format by it.
-    path = path.resolve()
-    return path.with_name(f".{path.stem}.part{os.getpid()}{path.suffix}")
+    # The suffix stays last, that of a link too: writers select their format by it.
+    resolved = path.resolve()
+    return resolved.with_name(f".{resolved.stem}.part{os.getpid()}{path.suffix.lower()}")

@@ -2,6 +2,7 @@ import os
 import stat
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from golden.base.errors import InputError
@@ -86,6 +87,23 @@ def test_what_cannot_be_written_has_the_name_that_was_given(tmp_path, monkeypatc
         part.write_text("new")
     assert caught.value.filename == name
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
+
+
+@pytest.mark.parametrize("real", ["a.npz", "A.NPZ", "a.Npz", "a", "a.dat"])
+@pytest.mark.parametrize("name", ["b.npz", "B.NPZ", None])
+def test_the_name_that_was_given_has_the_suffix_of_the_part_in_lower_case(tmp_path, name, real):
+    """Whatever a link leads to: np.savez adds .npz to a part that does not end in it."""
+    path = tmp_path / (name or real)
+    if name:
+        path.symlink_to(real)
+    with whole_file(path) as part:
+        assert part.name.endswith(path.suffix.lower())
+        if part.suffix == ".npz":
+            np.savez(part, a=np.arange(3))
+        else:
+            part.write_text("new")
+    assert {one.name for one in tmp_path.iterdir()} == {path.name, real}
+    assert (tmp_path / real).stat().st_size
 
 
 def test_whole_file_writes_through_a_link_with_the_usual_permissions(tmp_path):
