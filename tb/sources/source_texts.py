@@ -2,10 +2,12 @@
 
 import functools
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["ROOT", "components", "functions", "imports", "source_texts"]
+__all__ = ["ROOT", "components", "functions", "imports", "loaded_files", "source_texts"]
 
 ROOT = Path(__file__).parents[2]
 
@@ -23,6 +25,18 @@ def imports(text: str) -> Iterator[tuple[str, str]]:
         names = re.sub(r"#.*", "", many or one or modules).split(",")
         names = [name.split(" as ")[0].strip() for name in names if name.strip()]
         yield from ((module, name) if module else (name, "") for name in names)
+
+
+def loaded_files(*modules: str) -> set[str]:
+    """The project's files that these modules load when they are imported, by path from the root, without packages'
+    own files (``__init__.py``).
+    """
+    text = (f"import sys, {', '.join(modules)}\n"
+            "for one in [*sys.modules.values()]: print(getattr(one, '__file__', None))")
+    paths = subprocess.run([sys.executable, "-c", text], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    return {Path(path).relative_to(ROOT).as_posix() for path in paths.splitlines()
+            if path.endswith(".py") and not path.endswith("__init__.py")
+            and Path(path).is_relative_to(ROOT) and not Path(path).is_relative_to(sys.prefix)}
 
 
 def functions(text: str) -> Iterator[tuple[str, int, str]]:

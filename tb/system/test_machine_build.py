@@ -3,6 +3,7 @@
 import json
 import os
 from contextlib import nullcontext
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -12,6 +13,7 @@ from radiosity.flow.simulator import machine_library as module
 from radiosity.flow.simulator import machine_verilog
 from radiosity.flow.simulator.build_folder import content_key
 from radiosity.flow.simulator.machine_library import machine_library
+from tb.sources.source_texts import ROOT, loaded_files
 from tb.system.build_commands import write_made
 
 ONE = PRESETS["tiny"].replace({"noc.columns": 1, "noc.rows": 1})
@@ -98,6 +100,15 @@ def test_verilog_is_kept_by_all_that_it_is_made_from(monkeypatch, tmp_path, chan
     after = machine_verilog._path("cluster" if change == "name" else "top",
                                   TWO if change == "configuration" else ONE)
     assert after != before
+
+
+def test_the_sources_of_verilog_are_all_modules_that_make_it(monkeypatch):
+    read, text_of = set(), Path.read_text
+    monkeypatch.setattr(Path, "read_text", lambda path, *given: read.add(path) or text_of(path, *given))
+    machine_verilog._sources()
+    made_by = loaded_files("radiosity.flow.verilog.export", "hw.engine", "hw.cluster")
+    assert "radiosity/flow/verilog/zero_memories.py" in made_by
+    assert made_by <= {path.relative_to(ROOT).as_posix() for path in read}
 
 
 def test_clusters_of_all_topologies_share_their_verilog(monkeypatch, tmp_path):

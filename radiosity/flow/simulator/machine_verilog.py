@@ -23,8 +23,8 @@ _ROOT = Path(__file__).parents[3]
 
 
 def _sources() -> str:
-    """All Python files that an engine is generated from."""
-    return content_key(*(path.read_text() for folder in ("hw", "golden")
+    """All Python files that an engine is generated from, those that write the Verilog too."""
+    return content_key(*(path.read_text() for folder in ("hw", "golden", "radiosity/flow/verilog")
                          for path in sorted((_ROOT / folder).rglob("*.py"))))
 
 

@@ -18,7 +18,7 @@ HISTORY = ROOT / "docs" / "figures" / "history.csv"
 # Block and unit of the machine of a bitstream: an engine, its memory and its host.
 MACHINE = "board", "BoardShell"
 # What figures depend on.
-_SOURCES = ("hw", "golden", "pyproject.toml")
+_SOURCES = ("hw", "golden", "radiosity/flow", "pyproject.toml")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +108,7 @@ def measured_commit(root: Path = ROOT) -> Commit:
     Raises
     ------
     InputError
-        There is none, or the hardware differs from it.
+        There is none, or a file that figures depend on differs from it.
     """
     try:
         changed = _git(root, "status", "--porcelain", "--", *_SOURCES)

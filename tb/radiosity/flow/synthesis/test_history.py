@@ -2,6 +2,7 @@
 
 import subprocess
 from dataclasses import replace
+from pathlib import PurePath
 
 import pytest
 
@@ -10,6 +11,7 @@ from radiosity.flow.synthesis.family import Area
 from radiosity.flow.synthesis.flow import Clock
 from radiosity.flow.synthesis.history import Commit, Record, add_record, last_records, measured_commit, read_history
 from radiosity.flow.synthesis.report import Row
+from tb.sources.source_texts import loaded_files
 
 ROW = Row(unit="Unit", latency=7, area=Area(lut=100, ff=50, dsp=2, bram=1),
           clocks=tuple(Clock(seed=seed, mhz=mhz, path="a to b", mhz_grade_8=mhz + 30)
@@ -52,15 +54,23 @@ def test_figures_are_of_a_commit(tmp_path):
     with pytest.raises(InputError, match="report: figures are recorded of a commit, and here is none"):
         measured_commit(tmp_path)
     git = ["git", "-C", tmp_path, "-c", "user.name=a", "-c", "user.email=a@b"]
-    (tmp_path / "hw").mkdir()
-    (tmp_path / "hw" / "unit.py").write_text("1\n")
-    for command in (["init", "-q"], ["add", "hw"], ["commit", "-q", "-m", "one", "--date", "2020-02-02T12:00:00Z"]):
+    # Of each folder one file that measures, or that is measured.
+    made_by = loaded_files("radiosity.flow.synthesis.report", "radiosity.flow.synthesis.cell_report",
+                           "radiosity.flow.board.ulx3s")
+    sources = sorted({PurePath(path).parent: path for path in sorted(made_by)}.values())
+    assert "radiosity" in {path.partition("/")[0] for path in sources}
+    for path in (*sources, "pyproject.toml"):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text("1\n")
+    for command in (["init", "-q"], ["add", "."], ["commit", "-q", "-m", "one", "--date", "2020-02-02T12:00:00Z"]):
         subprocess.run([*git, *command], check=True)
     measured = measured_commit(tmp_path)
     assert len(measured.name) == 10
     # What no figure depends on may change.
     (tmp_path / "README.md").write_text("new\n")
     assert measured_commit(tmp_path) == measured
-    (tmp_path / "hw" / "unit.py").write_text("2\n")
-    with pytest.raises(InputError, match=r"report: figures are recorded of a commit: hw/unit\.py is not committed"):
-        measured_commit(tmp_path)
+    for path in (*sources, "pyproject.toml"):
+        (tmp_path / path).write_text("2\n")
+        with pytest.raises(InputError, match=f"^report: figures are recorded of a commit: {path} is not committed$"):
+            measured_commit(tmp_path)
+        (tmp_path / path).write_text("1\n")
