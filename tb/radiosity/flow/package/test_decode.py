@@ -17,15 +17,22 @@ from tb.radiosity.flow.package.exported_engine import NAME
 RAYS, PATCH = (32, 8), 4
 
 
-def decoded(language, core, job):
-    """What a decoder prints of a job: hits and sums as numbers."""
-    example, text = core / "example", (job / "job.txt").read_text()
+def decode(language, core, job, text):
+    """Run a decoder on the results of a job."""
+    example = core / "example"
     command = [sys.executable, example / "decode.py", job / "job.h"]
     if language == "c":
         command = [example / "decode"]
         subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{job}", "-o", *command,
                         example / "decode.c", "-lm"], check=True)
-    done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)
+    return subprocess.run(command, input=text, capture_output=True, text=True)
+
+
+def decoded(language, core, job):
+    """What a decoder prints of a job: hits and sums as numbers."""
+    text = (job / "job.txt").read_text()
+    done = decode(language, core, job, text)
+    assert done.returncode == 0, done.stderr
     lines = [line.split() for line in done.stdout.splitlines()]
     assert sum(line[0] == "hit" for line in lines) == sum(
         line.startswith("hit") and line.split()[4] != "-1" for line in text.splitlines())
@@ -64,14 +71,37 @@ def test_a_hemisphere(language, core):
     assert np.isclose(factor.sum(), factors.sum())
 
 
+def screen_job(core, folder, hits="full", size=(16, 12)):
+    """A job of a screen, with its expected results."""
+    arguments = ["image", "cornell", "--manifest", core / f"{NAME}.json", "--screen", f"{size[0]}x{size[1]}",
+                 "--cell", "0.5", "--hits", hits, "--expected", "-o", folder]
+    assert run(*arguments).exit_code == 0
+    return folder
+
+
 def test_a_screen(core, tmp_path):
     """Its distances are depths."""
     size = 16, 12
-    arguments = ["image", "cornell", "--manifest", core / f"{NAME}.json", "--screen", f"{size[0]}x{size[1]}",
-                 "--cell", "0.5", "--expected", "-o", tmp_path / "job"]
-    assert run(*arguments).exit_code == 0
-    hits, sums = decoded("python", core, tmp_path / "job")
+    hits, sums = decoded("python", core, screen_job(core, tmp_path / "job", size=size))
     assert not len(sums)
     scene = open_scene("cornell")
     rays = Screen(camera=scene.camera or default_camera(scene), width=size[0], height=size[1]).rays()
     check_points(hits, scene, rays.origin[0], rays.direction.reshape(size[1], size[0], 3))
+
+
+@pytest.mark.parametrize("language", ["python", "c"])
+def test_every_format_of_hits_is_decoded(language, core, tmp_path):
+    """To the same patches; those that have the patch alone without a point."""
+    full, compact, ids = (decoded(language, core, screen_job(core, tmp_path / name, name))[0]
+                          for name in ("full", "compact", "ids"))
+    assert full.shape[1] == compact.shape[1] == 7
+    assert ids.tolist() == full[:, :4].tolist() == compact[:, :4].tolist()
+
+
+@pytest.mark.parametrize("language", ["python", "c"])
+@pytest.mark.parametrize("line", ["hit 0 0 0", "hit 0 0 0 1 2", "hit 0 0 0 1 2 3", "sum 0 1", "hits 0 0 0 1", "error"])
+def test_any_other_line_is_an_error(language, core, line):
+    done = decode(language, core, core / "job", f"{line}\n")
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert done.stderr
