@@ -23,7 +23,7 @@ from golden.base.spread import in_threads, spans
 from golden.cast.rays import Rays
 from golden.engine.cast.shelling import Shelling
 from radiosity.cli.console import console
-from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET
+from radiosity.cli.parameters import ASSIGNMENTS, METHOD_CELL, PRESET, FiniteRange
 from radiosity.flow.synthesis.history import MACHINE, Record, last_records, machine_parameters, read_history
 from radiosity.machines.engine.job_runs import PreparedJob, job_machine
 
@@ -120,7 +120,7 @@ def rays_of(prepared: PreparedJob) -> Rays:
 @benchmark("throughput", SCENES)
 @METHOD_CELL
 @RAYS
-@click.option("--mhz", type=click.FloatRange(0, min_open=True), help="Set the clock of the machine in MHz.  [default: "
+@click.option("--mhz", type=FiniteRange(0, min_open=True), help="Set the clock of the machine in MHz.  [default: "
               "that of docs/figures/history.csv, if it has the whole machine]")
 @click.option("--source", default="given", show_default=True, help="With --mhz, state what it is the clock of.")
 @PRESET

@@ -11,7 +11,7 @@ from radiosity.cli.console import console
 from radiosity.cli.golden.choices import PRESETS, SCENE_SUFFIXES
 
 __all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "LEAST_RAYS", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP",
-           "ZENITH", "CellSize", "Numbers", "Place", "Positive", "WholePair", "rays_option"]
+           "ZENITH", "CellSize", "FiniteRange", "Numbers", "Place", "Positive", "WholePair", "rays_option"]
 
 FILE = click.Path(path_type=Path)
 PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
@@ -110,6 +110,17 @@ class Place(Numbers):
         if isinstance(value, str) and value.count(",") == 2:
             return (*Numbers().convert(value, param, ctx), 0.0)
         return super().convert(value, param, ctx)
+
+
+class FiniteRange(click.FloatRange):
+    """A finite number of a range: click's accepts nan in each, and infinity where a bound is missing."""
+
+    def convert(self, value, param, ctx):
+        """The value of what the user typed."""
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a finite number", param, ctx)
+        return number
 
 
 class Positive(click.ParamType):

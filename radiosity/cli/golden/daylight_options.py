@@ -6,7 +6,7 @@ import click
 
 from golden.base.errors import InputError
 from radiosity.cli.golden.choices import SKIES
-from radiosity.cli.parameters import Numbers, Positive
+from radiosity.cli.parameters import FiniteRange, Numbers, Positive
 
 __all__ = ["DAYLIGHT", "DAYLIGHT_NAMED", "daylight_of"]
 
@@ -60,7 +60,7 @@ DAYLIGHT = (
                  "[default: by the kind of the sky]"),
     click.option("--weather", type=Numbers("DIRECT,DIFFUSE", least=0), help="Set the direct normal and diffuse "
                  "horizontal irradiance in W/m2, for sky perez."),
-    click.option("--ground", type=click.FloatRange(0, 1), default=0.2, help="Set the reflectance of the ground below "
+    click.option("--ground", type=FiniteRange(0, 1), default=0.2, help="Set the reflectance of the ground below "
                  "the horizon of a sky."),
     click.option("--north", type=Numbers(), help="Set the direction of the north.  [default: +y, or -z if up is +y]"))
 """The options."""

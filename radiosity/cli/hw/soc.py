@@ -8,7 +8,7 @@ from radiosity.cli.command_line import Task
 from radiosity.cli.console import console
 from radiosity.cli.hw.choices import SOC_NEXTPNR
 from radiosity.cli.hw.nextpnr_options import NEXTPNR_OPTIONS
-from radiosity.cli.parameters import ASSIGNMENTS, FILE
+from radiosity.cli.parameters import ASSIGNMENTS, FILE, FiniteRange
 
 __all__ = ["soc"]
 
@@ -17,7 +17,7 @@ _SECONDS = {"export": 20.0, "LiteX": 3.0, "synthesis, place and route": 3000.0}
 
 
 @click.command("soc", cls=Task, extra="synth", short_help="Make a bitstream with SDRAM for the ULX3S.")
-@click.option("--mhz", type=click.FloatRange(10, 100), default=25.0, help="Set the clock, which the bitstream must "
+@click.option("--mhz", type=FiniteRange(10, 100), default=25.0, help="Set the clock, which the bitstream must "
               "reach.")
 @click.option("--baud", type=click.IntRange(300, 3_000_000), default=1_000_000, help="Set the rate of the serial line.")
 @click.option("--revision", type=click.Choice(("1.7", "2.0")), default="2.0", help="Name the board's revision, 2.0 for "

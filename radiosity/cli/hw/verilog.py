@@ -7,7 +7,7 @@ import click
 from radiosity.cli.command_line import Task
 from radiosity.cli.console import console
 from radiosity.cli.hw.choices import TOPS
-from radiosity.cli.parameters import ASSIGNMENTS, FILE, PRESET
+from radiosity.cli.parameters import ASSIGNMENTS, FILE, PRESET, FiniteRange
 
 __all__ = ["verilog"]
 
@@ -19,7 +19,7 @@ _SECONDS = {"engine": 10.0, "async_engine": 10.0, "cluster": 6.0, "icu": 2.0, "c
 @click.option("--top", type=click.Choice(TOPS), default="engine", help="Choose the top module.")
 @click.option("-o", "--output", "folder", type=FILE, default=Path("out/verilog"), help="Write the files to this "
               "folder.")
-@click.option("--period", type=click.FloatRange(min=0.1), help="Set the nanoseconds of each clock in the constraints. "
+@click.option("--period", type=FiniteRange(min=0.1), help="Set the nanoseconds of each clock in the constraints. "
               "Default: one that an ECP5-85 has reached.")
 @click.option("--ram-style", "ram_styles", is_flag=True, help="Name the kind of each small or shared memory by the "
               "attribute ram_style, which Vivado knows, and Yosys for some families.")

@@ -3,7 +3,10 @@
 import click
 import pytest
 
-from radiosity.cli.parameters import Numbers
+import radiosity.cli.golden.main
+import radiosity.cli.hw.main
+import radiosity.cli.main
+from radiosity.cli.parameters import FiniteRange, Numbers
 from radiosity.cli.workers import Workers
 
 
@@ -23,6 +26,28 @@ def test_the_least_number_is_accepted_and_none_below_it(least, at):
 def test_other_texts_are_refused(text):
     with pytest.raises(click.BadParameter, match="is not three finite numbers like X,Y,Z"):
         Numbers().convert(text, None, None)
+
+
+RANGES = {f"{name} {option.opts[0]}": option
+          for main in (radiosity.cli.main.main, radiosity.cli.golden.main.main, radiosity.cli.hw.main.main)
+          for name, command in main.commands.items() for option in command.params
+          if isinstance(option.type, click.FloatRange)}
+
+
+@pytest.mark.parametrize("option", RANGES.values(), ids=RANGES.keys())
+@pytest.mark.parametrize("text", ["nan", "-nan", "inf", "-inf", "1e999"])
+def test_a_range_of_any_command_is_of_finite_numbers(option, text):
+    with pytest.raises(click.BadParameter):
+        option.type.convert(text, option, None)
+
+
+@pytest.mark.parametrize("bounds", [{}, {"min": 0}, {"max": 0}, {"min": 0, "max": 1}])
+def test_a_finite_range_has_its_bounds(bounds):
+    kind = FiniteRange(**bounds)
+    assert kind.convert("0", None, None) == 0
+    for text in "nan", "inf", "-inf", "1.5" if "max" in bounds else "nan", "-0.5" if "min" in bounds else "nan":
+        with pytest.raises(click.BadParameter):
+            kind.convert(text, None, None)
 
 
 @pytest.mark.parametrize("count", [1, 256])
