@@ -1,9 +1,9 @@
 """The error that the user can correct, and checks of types."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from numbers import Integral
 
-__all__ = ["InputError", "InputWarning", "check_choice", "check_int"]
+__all__ = ["InputError", "InputWarning", "check_choice", "check_int", "is_whole", "whole_number", "whole_pair"]
 
 
 class InputError(ValueError):
@@ -53,7 +53,39 @@ def check_int(name: str, value: object, *, least: int | None = None) -> None:
     InputError
         It is below ``least``.
     """
-    if isinstance(value, bool) or not isinstance(value, Integral):
+    if not is_whole(value):
         raise TypeError(f"{name} must be an int, not {value!r}")
     if least is not None and value < least:
         raise InputError(f"{name} must be at least {least}, not {value!r}")
+
+
+def whole_number(name: str, value: object, low: int, high: int, *, parameter: str) -> int:
+    """A user's whole number from ``low`` to ``high`` as int, of numpy's numbers too; bool is none.
+
+    Raises
+    ------
+    InputError
+        It is none, see there for ``parameter``; ``name`` has the subject before it.
+    """
+    if not is_whole(value) or not low <= value <= high:
+        raise InputError(f"{name} must be {low} to {high}, not {value!r}", parameter=parameter)
+    return int(value)
+
+
+def whole_pair(name: str, value: object, *, parameter: str) -> tuple[int, int]:
+    """A user's two whole numbers as ints, of any sequence or array.
+
+    Raises
+    ------
+    InputError
+        As of `whole_number`.
+    """
+    numbers = tuple(value) if isinstance(value, Iterable) else ()
+    if len(numbers) != 2 or not all(map(is_whole, numbers)):
+        raise InputError(f"{name} must be two whole numbers, not {value!r}", parameter=parameter)
+    return int(numbers[0]), int(numbers[1])
+
+
+def is_whole(value: object) -> bool:
+    """Whether it is a whole number, of numpy's too; bool is none."""
+    return isinstance(value, Integral) and not isinstance(value, bool)

@@ -2,10 +2,9 @@
 
 import math
 import os
-from numbers import Integral
 from pathlib import Path
 
-from golden.base.errors import InputError
+from golden.base.errors import whole_number
 
 __all__ = ["processors", "threads_of"]
 
@@ -37,9 +36,7 @@ def threads_of(jobs: int | None) -> int:
     """
     if jobs is None:
         return min(processors(), MOST_JOBS)
-    if isinstance(jobs, bool) or not isinstance(jobs, Integral) or not 1 <= jobs <= MOST_JOBS:
-        raise InputError(f"Jobs must be 1 to {MOST_JOBS}, not {jobs!r}", parameter="jobs")
-    return int(jobs)
+    return whole_number("Jobs", jobs, 1, MOST_JOBS, parameter="jobs")
 
 
 def _quotas(root):

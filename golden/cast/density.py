@@ -1,11 +1,10 @@
 """Where rays of hemispheres are cast again, finer, and the grids of the finer ones."""
 
 from dataclasses import dataclass
-from numbers import Integral
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, is_whole
 from golden.cast.hemisphere import Hemisphere
 
 __all__ = ["MOST_AXIS", "Density", "Level"]
@@ -37,7 +36,7 @@ class Density:
     def __post_init__(self):
         for name, most in (("least", 4096), ("levels", 10)):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, Integral) or not 1 <= value <= most:
+            if not is_whole(value) or not 1 <= value <= most:
                 raise InputError(f"density: {name.capitalize()} must be 1 to {most}, not {value!r}", parameter=name)
 
     def depth(self, hemisphere: Hemisphere) -> int:

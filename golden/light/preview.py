@@ -3,12 +3,11 @@
 from collections.abc import Callable
 from copy import copy
 from functools import cached_property
-from numbers import Integral
 from pathlib import Path
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, is_whole
 from golden.base.output import check_outputs, whole_file
 from golden.cast.casters import CastsRays
 from golden.cast.screen import Screen
@@ -46,7 +45,7 @@ class Preview:
 
     def __init__(self, path: str | Path, *, steps: int = 8):
         check_outputs(Path(path), suffixes=(".png",))
-        if isinstance(steps, bool) or not isinstance(steps, Integral) or steps < 1:
+        if not is_whole(steps) or steps < 1:
             raise InputError(f"preview: Steps must be at least 1, not {steps!r}", parameter="preview_steps")
         self.path, self._steps = Path(path), steps
 

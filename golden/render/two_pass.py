@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 from math import isqrt
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
 
 from golden.base.compiled import compiled
-from golden.base.errors import InputError, check_choice
+from golden.base.errors import InputError, check_choice, whole_number, whole_pair
 from golden.base.output import check_outputs
 from golden.base.spread import in_threads, in_turn
 from golden.cast.density import Density
@@ -137,11 +137,10 @@ class RenderSettings:
         limits = {"width": (1, 16384), "height": (1, 16384), "samples": (1, 1024), "light_samples": (1, 1024),
                   "depth": (0, 64), "elements": (1, 10**6), "seed": (0, 2**63 - 1)}
         for name, (low, high) in limits.items():
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
-                raise InputError(f"{name.capitalize().replace('_', ' ')} must be {low} to {high}, not {value!r}",
-                                 parameter=name)
-            object.__setattr__(self, name, int(value))
+            object.__setattr__(self, name, whole_number(name.capitalize().replace("_", " "), getattr(self, name), low,
+                                                        high, parameter=name))
+        if self.rays is not None:
+            object.__setattr__(self, "rays", whole_pair("Rays", self.rays, parameter="rays"))
         if self.side**2 != self.samples:
             raise InputError(f"Samples must be a square number (1, 4, 9, 16 ... 1024), not {self.samples}; the nearest "
                              f"ones are {self.side**2} and {(self.side + 1)**2}", parameter="samples")

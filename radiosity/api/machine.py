@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 
-from golden.base.errors import InputError, check_choice
+from golden.base.errors import check_choice, whole_number
 from golden.engine.config import PRESETS
 from golden.engine.frustum.frustum_choice import FrustumChoice
 from golden.scene.scene import Scene
 from radiosity.cli.golden.choices import TOPOLOGIES
 from radiosity.cli.hw.choices import POLICIES
-from radiosity.flow.simulator.simulated_machines import check_clusters, opened_machine
+from radiosity.flow.simulator.simulated_machines import checked_clusters, opened_machine
 from radiosity.flow.simulator.simulation_config import overridden, simulation_config
 from radiosity.tasks.machine_cast import CastOptions, MachineCast, MachineCastResult
 
@@ -67,10 +67,9 @@ def machine(scene: Scene, *, origin: tuple[float, float, float] | None = None,
                                ("policy", policy, POLICIES)):
         if value is not None:
             check_choice(f"machine: {name.capitalize()}", value, known, parameter=name)
-    for name, count in (("casts", casts), ("latency", latency)):
-        if isinstance(count, bool) or not 1 <= count <= 10_000:
-            raise InputError(f"machine: {name.capitalize()} must be 1 to 10000, not {count!r}", parameter=name)
-    check_clusters(clusters)
+    casts, latency = (whole_number(f"machine: {name.capitalize()}", count, 1, 10_000, parameter=name)
+                      for name, count in (("casts", casts), ("latency", latency)))
+    clusters = checked_clusters(clusters)
     given = parameters or {}
     config = PRESETS[preset].with_parameters(f"{path}={value}" for path, value in given.items())
     simulated = simulation_config(config, clusters=clusters, topology=topology, given=tuple(given))

@@ -10,7 +10,7 @@ from golden.engine.config import PRESETS
 from golden.light.photometry.sensors import Sensors
 from golden.scene.scene import Scene
 from radiosity.flow.simulator.machine_caster import MachineCaster
-from radiosity.flow.simulator.simulated_machines import check_clusters, opened_machine
+from radiosity.flow.simulator.simulated_machines import checked_clusters, opened_machine
 from radiosity.flow.simulator.simulation_config import simulation_config
 from radiosity.tasks.shadows import shadow_rays
 
@@ -55,7 +55,7 @@ def visible(scene: Scene, *, origin: tuple[float, float, float] | None = None, p
         return ~frusta.shadows(rays, least=1).blocked
     for name, value, known in ("method", method, [*FIXED_METHODS, "machine"]), ("preset", preset, PRESETS):
         check_choice(f"visible: {name.capitalize()}", value, known, parameter=name)
-    check_clusters(clusters)
+    clusters = checked_clusters(clusters)
     given = parameters or {}
     config = simulation_config(PRESETS[preset].with_parameters(f"{path}={value}" for path, value in given.items()),
                                clusters=clusters, topology=None, given=tuple(given), shadows=True)

@@ -9,7 +9,7 @@ from radiosity.cli.console import console
 from radiosity.cli.golden.choices import PRESETS, TOPOLOGIES
 from radiosity.cli.hw.choices import POLICIES
 from radiosity.cli.parameters import ASSIGNMENTS, FILE
-from radiosity.flow.simulator.simulated_machines import MOST_CLUSTERS, check_clusters, opened_machine
+from radiosity.flow.simulator.simulated_machines import MOST_CLUSTERS, checked_clusters, opened_machine
 
 __all__ = ["MachineMethod"]
 
@@ -80,7 +80,7 @@ class MachineMethod:
         check_chart(timeline)
         check_outputs(waves, suffixes=(".vcd",))
         check_outputs(table, suffixes=(".csv",))
-        check_clusters(clusters)
+        checked_clusters(clusters)
         most = 1 << self._config(self._given(**options), clusters=clusters, **options).icu.side_bits
         if max(frustum) > most:
             raise InputError(f"machine: A frustum must have at most {most} columns and rows of rays (icu.side_bits), "

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, whole_number
+from golden.base.finite_point import finite_point
 from golden.base.output import whole_file
 from golden.cast.shadow_rays import ShadowRays
 from golden.engine.cast.fixed_frusta import CONFIG, NaiveFixedFrusta, ShellingFrusta
@@ -40,12 +41,9 @@ def shadow_rays(scene: Scene, *, origin=None, patch: int | None = None, targets:
         given = "none" if patch is None else "both"
         raise InputError(f"cast: one of --origin and --patch must be given, not {given}")
     if patch is None:
-        point, surface = np.asarray(origin, dtype=np.float64), -1
-        if point.shape != (3,) or not np.isfinite(point).all():
-            raise InputError(f"cast: Origin must be three finite numbers, not {origin!r}", parameter="origin")
+        point, surface = finite_point("cast: Origin", origin, parameter="origin"), -1
     else:
-        if not 0 <= patch < len(scene):
-            raise InputError(f"cast: Patch must be 0 to {len(scene) - 1}, not {patch}", parameter="patch")
+        patch = whole_number("cast: Patch", patch, 0, len(scene) - 1, parameter="patch")
         point, surface = scene.centres[patch], int(scene.surface[patch])
     position, normal = (scene.centres, scene.normals) if targets is None else (targets.position, targets.normal)
     return ShadowRays(points=point[None], surfaces=np.array([surface]), light=np.zeros(len(position), dtype=np.int64),

@@ -1,5 +1,7 @@
 """The public names: what they load, what they accept, what they refuse."""
 
+import json
+import random
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -9,6 +11,7 @@ import pytest
 from PIL import Image
 
 import radiosity
+from tb.lib.seed import SEED
 
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 # Two squares as points and faces, the second one above the first.
@@ -102,12 +105,68 @@ def test_an_input_error_is_a_value_error_that_names_its_parameter(call, paramete
 
 
 SQUARES = POINTS[np.array(FACES)]
+FURNACE = radiosity.load("furnace:1")
 RAYS = radiosity.Rays([[0.5, 0.5, 0.5]], [[0, 0, 1]])
+
+
+@pytest.mark.parametrize(("call", "counts", "pairs", "points"), [
+    (lambda **given: radiosity.machine(FURNACE, **{"patch": 0, "rays": (8, 8)} | given),
+     ("patch", "casts", "latency", "clusters"), ("rays",), ()),
+    (lambda **given: radiosity.machine(FURNACE, **given), (), ("screen",), ()),
+    (lambda **given: radiosity.machine(FURNACE, **{"origin": (0, 0, 0), "normal": (0, 0, 1)} | given), (), (),
+     ("origin", "normal")),
+    (lambda **given: radiosity.visible(FURNACE, **{"patch": 0} | given), ("patch",), (), ()),
+    (lambda **given: radiosity.visible(FURNACE, **given), (), (), ("origin",)),
+    (lambda **given: radiosity.visible(FURNACE, patch=0, method="machine", **given), ("clusters",), (), ()),
+    (lambda **given: radiosity.render(FURNACE, **{"size": (3, 2), "samples": 1} | given),
+     ("samples", "elements", "depth", "jobs", "seed"), ("rays",), ()),
+    (lambda **given: radiosity.cast(FURNACE, RAYS, **given), ("jobs",), (), ()),
+    (lambda **given: radiosity.view_factors(SQUARES, **given), ("jobs", "seed"), (), ())])
+def test_what_is_no_number_of_its_kind_is_refused_before_the_work(call, counts, pairs, points, monkeypatch):
+    """Of all functions; numpy's floats are no whole numbers either."""
+    for module in "machine", "visible":
+        monkeypatch.setattr(f"radiosity.api.{module}.opened_machine", None)
+    tenth = random.Random(SEED).randrange(1, 9) / 10
+    numbers = 1 + tenth, np.float64(1 + tenth), np.nan, True, np.True_, -1, "x"
+    for name, value in [*((name, value) for name in counts for value in numbers),
+                        *((name, value) for name in pairs for value in (
+                            7, (), (8,), (8, 8, 8), (8 + tenth, 8), (8, np.nan), (True, 8), np.array([8.0, 8.0]))),
+                        *((name, value) for name in points for value in (
+                            7, (), (0, 1), (0, 1, np.nan), (0, np.inf, 1), ("x", 0, 1), [[0, 0, 1]]))]:
+        with pytest.raises(radiosity.InputError, match=" must be ") as caught:
+            call(**{name: value})
+        assert caught.value.parameter == name
+
+
+@pytest.mark.parametrize("whole", [np.int8, np.uint16, np.int64])
+def test_a_machine_of_numpys_numbers_is_that_of_pythons(whole, monkeypatch):
+    """The same configuration, which is JSON, and the same memory."""
+    opened = []
+
+    def stop(config, **given):
+        opened.append((json.dumps(config.parameters()), given, {type(value) for value in given.values()}))
+        raise InterruptedError
+
+    monkeypatch.setattr("radiosity.api.machine.opened_machine", stop)
+    monkeypatch.setattr("radiosity.api.visible.opened_machine", stop)
+
+    def call_all(number, pair):
+        given = {"clusters": number(2), "parameters": {"icu.side_bits": number(8)}}
+        for function, more in ((radiosity.visible, {"patch": number(3), "method": "machine"}),
+                               (radiosity.machine, {"patch": number(3), "rays": pair([8, 16]), "casts": number(2),
+                                                    "latency": number(9)}),
+                               (radiosity.machine, {"screen": pair([16, 12])})):
+            with pytest.raises(InterruptedError):
+                function(FURNACE, **given, **more)
+
+    call_all(int, tuple)
+    call_all(whole, lambda values: np.array(values, dtype=whole))
+    assert opened[:3] == opened[3:]
 
 
 def test_numbers_of_numpy_are_numbers():
     picture = radiosity.render(radiosity.load("furnace:1"), size=np.array([3, 2]), samples=np.int64(1),
-                               rays=(np.int64(16), 4), elements=np.int32(6), jobs=np.int64(1), seed=np.uint8(3))
+                               rays=np.array([16, 4]), elements=np.int32(6), jobs=np.int64(1), seed=np.uint8(3))
     assert picture.image.shape == (2, 3, 3)
     assert picture.statistics.total.rays == sum(count.rays for count in picture.statistics.rays.values())
     assert picture.statistics.rays["primary"].rays == 6

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, whole_number, whole_pair
+from golden.base.finite_point import finite_point
 from golden.cast.default_camera import default_camera
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
@@ -51,6 +52,12 @@ class FrustumChoice:
                              f"not {' and '.join(given) or 'none'}")
         if (self.origin is None) != (self.normal is None):
             raise InputError("cast: --origin and --normal must be given together")
+        for name in ("rays", "screen"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, whole_pair(f"cast: {name.capitalize()}", value, parameter=name))
+        for name in ("origin", "normal"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, finite_point(f"cast: {name.capitalize()}", value, parameter=name))
 
     def record(self, scene: Scene, config: Config) -> tuple[FrustumRecord, PatchGeometry, np.ndarray | None]:
         """The frustum's record, the patches in its coordinates, and the weights of a hemisphere's rows.
@@ -60,7 +67,7 @@ class FrustumChoice:
         InputError
             The scene has no such patch, or the frustum cannot be made.
         """
-        if self.screen:
+        if self.screen is not None:
             camera = default_camera(scene)
             geometry = PatchGeometry.of(scene, config.numbers, [camera.eye])
             screen = Screen(camera=camera, width=self.screen[0], height=self.screen[1])
@@ -72,7 +79,7 @@ class FrustumChoice:
 
     def facing_away(self, scene: Scene) -> str | None:
         """A warning if no patch lies in front of the hemisphere's base plane, but some lie behind it."""
-        if self.screen:
+        if self.screen is not None:
             return None
         origin, normal, _ = self._base_point(scene)
         height = (scene.vertices - origin) @ (np.asarray(normal) / np.linalg.norm(normal))
@@ -87,6 +94,5 @@ class FrustumChoice:
     def _base_point(self, scene):
         if self.patch is None:
             return self.origin, self.normal, -1
-        if not 0 <= self.patch < len(scene):
-            raise InputError(f"cast: Patch must be 0 to {len(scene) - 1}, not {self.patch}", parameter="patch")
-        return scene.centres[self.patch], scene.normals[self.patch], int(scene.surface[self.patch])
+        patch = whole_number("cast: Patch", self.patch, 0, len(scene) - 1, parameter="patch")
+        return scene.centres[patch], scene.normals[patch], int(scene.surface[patch])

@@ -1,11 +1,10 @@
 """Points in space at which illuminance is measured."""
 
 from dataclasses import dataclass
-from numbers import Integral
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, is_whole
 from golden.cast.casters import CastsRays
 from golden.cast.rays import Rays
 from golden.scene.scene import Scene
@@ -71,7 +70,7 @@ class Sensors:
             A number of steps is no whole number above 0; and as of the class.
         """
         m, n = steps
-        if not all(isinstance(count, Integral) and not isinstance(count, bool) and count >= 1 for count in steps):
+        if not all(is_whole(count) and count >= 1 for count in steps):
             raise InputError(f"sensors: Steps must be two whole numbers of at least 1, not {steps!r}",
                              parameter="steps")
         corner, along, across = (np.asarray(value, dtype=np.float64) for value in (corner, along, across))

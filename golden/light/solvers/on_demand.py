@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from numbers import Integral, Real
+from numbers import Real
 
 import numpy as np
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, is_whole
 from golden.light.solvers.iteration import Solution, State, iterate
 from golden.light.solvers.shooting import shots
 from golden.light.solvers.system import RadiositySystem
@@ -48,7 +48,7 @@ class Shooting:
         value, count = self.tolerance, self.shooters
         if isinstance(value, bool) or not isinstance(value, Real) or not 1e-6 <= value <= 0.5:
             raise InputError(f"shooting: Tolerance must be 1e-6 to 0.5, not {value!r}", parameter="tolerance")
-        if isinstance(count, bool) or not isinstance(count, Integral) or not 1 <= count <= 4096:
+        if not is_whole(count) or not 1 <= count <= 4096:
             raise InputError(f"shooting: Shooters must be 1 to 4096, not {count!r}", parameter="shooters")
         if not isinstance(self.overshoot, bool):
             raise InputError(f"shooting: Overshoot must be true or false, not {self.overshoot!r}",

@@ -4,30 +4,31 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from golden.base.errors import InputError
+from golden.base.errors import InputError, is_whole
 
 if TYPE_CHECKING:  # commands that only print their help import this
     from golden.engine.config import Config
     from radiosity.flow.simulator.simulated_machine import SimulatedMachine
 
-__all__ = ["MOST_CLUSTERS", "check_clusters", "opened_machine"]
+__all__ = ["MOST_CLUSTERS", "checked_clusters", "opened_machine"]
 
 MOST_CLUSTERS = 64
 """Most clusters of a simulated machine."""
 
 
-def check_clusters(clusters: int | None) -> None:
-    """A machine may have so many clusters; None is the preset's number.
+def checked_clusters(clusters: int | None) -> int | None:
+    """The number as int, if a machine may have so many clusters; None is the preset's number.
 
     Raises
     ------
     InputError
         It may not.
     """
-    if clusters is not None and (isinstance(clusters, bool) or not 1 <= clusters <= MOST_CLUSTERS
+    if clusters is not None and (not is_whole(clusters) or not 1 <= clusters <= MOST_CLUSTERS
                                  or clusters & (clusters - 1)):
         raise InputError(f"machine: Clusters must be a power of two up to {MOST_CLUSTERS}, not {clusters}",
                          parameter="clusters")
+    return None if clusters is None else int(clusters)
 
 
 @contextmanager
