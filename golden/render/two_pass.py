@@ -27,7 +27,7 @@ from golden.light.image import write_exr, write_png
 from golden.light.indirect import IndirectLight, indirect_light
 from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights, warn_of_tiny_patches
 from golden.light.near_lights import NearPairs, near_knots
-from golden.light.photometry.quantities import EFFICACY, lux
+from golden.light.photometry.quantities import EFFICACY, check_efficacy, lux
 from golden.light.photometry.sensor_light import sensor_light
 from golden.light.photometry.sensors import Sensors
 from golden.light.pixels import Pixels, PixelSums
@@ -233,7 +233,7 @@ class RenderResult:
         Raises
         ------
         InputError
-            The picture was made without sensors.
+            The picture was made without sensors, or the efficacy is not finite and above 0.
         """
         if self.sensors is None:
             raise InputError("render: Sensors must be given for illuminances", parameter="sensors")
@@ -255,6 +255,7 @@ class RenderResult:
         efficacy
             Luminous efficacy in lm/W, which an .exr states.
         """
+        check_efficacy(efficacy)
         path = Path(path)
         check_outputs(path, suffixes=(".png", ".exr"))
         if path.suffix.lower() == ".exr":

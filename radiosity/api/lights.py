@@ -5,7 +5,7 @@ from datetime import datetime
 from pathlib import Path
 
 from golden.base.errors import InputError
-from golden.light.photometry.quantities import EFFICACY
+from golden.light.photometry.quantities import EFFICACY, check_efficacy
 from golden.scene.luminaires.luminaire import Luminaire
 from golden.scene.scene import Scene
 from golden.scene.sky.daylight import Daylight
@@ -39,13 +39,14 @@ def sky(scene: Scene, kind: str = "uniform", *, sun: tuple[float, float] | None 
     north
         Direction of the north. Default: +y, or -z if up is +y.
     efficacy
-        Luminous efficacy, lm/W.
+        Luminous efficacy in lm/W, above 0.
 
     Raises
     ------
     InputError
         A value is out of range, or one that the sky depends on is missing.
     """
+    check_efficacy(efficacy)
     if (date is None) != (place is None):
         raise InputError("sky: Date and place must be given together", parameter="date" if date is None else "place")
     if date is not None and place is not None:
@@ -69,11 +70,12 @@ def luminaire(scene: Scene, path: str | os.PathLike[str], place: tuple[float, fl
     turn
         Degrees from x to C0, counter-clockwise as seen from above.
     efficacy
-        Luminous efficacy, lm/W.
+        Luminous efficacy in lm/W, above 0.
 
     Raises
     ------
     InputError
         The file cannot be used, or a value is not finite.
     """
+    check_efficacy(efficacy)
     return Luminaire(path=Path(path), place=place, turn=turn).scene(scene, efficacy)

@@ -4,6 +4,7 @@ import json
 import random
 import subprocess
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from PIL import Image
 
 import radiosity
+from golden.light.photometry.quantities import candela_per_m2
 from tb.lib.seed import SEED
 
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
@@ -136,6 +138,26 @@ def test_what_is_no_number_of_its_kind_is_refused_before_the_work(call, counts, 
         with pytest.raises(radiosity.InputError, match=" must be ") as caught:
             call(**{name: value})
         assert caught.value.parameter == name
+
+
+@pytest.fixture(scope="module")
+def picture():
+    """A picture with light at one sensor."""
+    drawn = radiosity.render(FURNACE, size=(2, 1), samples=1, rays=(8, 4), elements=6)
+    return replace(drawn, sensors=np.ones((1, 3)))
+
+
+@pytest.mark.parametrize("efficacy", [0, -1, -0.0, np.nan, np.inf, -np.inf, np.float32(-5), True, "x"])
+def test_a_luminous_efficacy_is_finite_and_above_0(efficacy, picture, tmp_path):
+    """Wherever one is given."""
+    for call in (lambda: radiosity.sky(FURNACE, "cie-overcast", efficacy=efficacy),
+                 lambda: radiosity.luminaire(FURNACE, "lamp.ies", (0, 0, 1), efficacy=efficacy),
+                 lambda: picture.illuminance(efficacy), lambda: candela_per_m2(picture.image, efficacy),
+                 lambda: picture.save(tmp_path / "a.exr", efficacy=efficacy)):
+        with pytest.raises(radiosity.InputError, match="Efficacy must be finite and above 0") as caught:
+            call()
+        assert caught.value.parameter == "efficacy"
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("whole", [np.int8, np.uint16, np.int64])
