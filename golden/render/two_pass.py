@@ -15,7 +15,7 @@ from golden.base.output import check_outputs
 from golden.base.spread import in_threads, in_turn
 from golden.cast.density import Density
 from golden.cast.hemisphere import Hemisphere
-from golden.cast.methods import RAY_METHODS, shadow_caster
+from golden.cast.methods import RAY_METHODS, check_cell, shadow_caster
 from golden.cast.rays import Hits, Rays
 from golden.cast.screen import Screen
 from golden.cast.shared_caster import default_method, shared_caster
@@ -101,7 +101,8 @@ class RenderSettings:
         if it can, else by ``grid``; with a method of `FIXED_METHODS` shadow rays are frusta where many share a point
         of a light.
     cell
-        Cell size of ``method``, as a share of the scene's longest side, 1/256 to 1. Default: the method's own.
+        Cell size of ``method``, if it has cells, as a share of the scene's longest side, 1/256 to 1. Default: the
+        method's own.
     shooting
         Rows of the radiosity system are cast when their elements shoot, in place of ``solver``. Default: all rows are.
     seed
@@ -150,6 +151,7 @@ class RenderSettings:
             object.__setattr__(self, "method", default_method() if self.cell is None else "grid")
         for name, choices in (("solver", SOLVERS), ("method", FRUSTUM_METHODS)):
             check_choice(name.capitalize(), getattr(self, name), choices, parameter=name)
+        check_cell(self.method, self.cell)
         if self.shooting is not None and not isinstance(self.shooting, Shooting):
             raise InputError(f"Shooting must be a Shooting or None, not {self.shooting!r}", parameter="shooting")
         if self.noise is not None:

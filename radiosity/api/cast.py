@@ -1,7 +1,7 @@
 """Single rays."""
 
 from golden.base.errors import InputError
-from golden.cast.methods import RAY_METHODS, ray_caster
+from golden.cast.methods import RAY_METHODS, check_cell, ray_caster
 from golden.cast.rays import Hits, Rays
 from golden.scene.scene import Scene
 
@@ -21,7 +21,8 @@ def cast(scene: Scene, rays: Rays, *, any_hit: bool = False, method: str = "grid
     method
         How rays are cast: grid, naive or embree.
     cell
-        Cell size of the grid, as a share of the scene's longest side. Default: by the number of patches.
+        Cell size of the grid, as a share of the scene's longest side; no other method has one. Default: by the number
+        of patches.
     jobs
         Threads; the hits do not depend on them. Default: one per processor that this process may use.
     progress
@@ -34,5 +35,6 @@ def cast(scene: Scene, rays: Rays, *, any_hit: bool = False, method: str = "grid
     """
     if method not in RAY_METHODS:
         raise InputError(f"cast: Method must be {' or '.join(RAY_METHODS)}, not {method!r}", parameter="method")
+    check_cell(method, cell)
     caster = ray_caster(scene, method, cell=cell, jobs=jobs, progress=progress)
     return caster.any_hit(rays) if any_hit else caster.nearest(rays)

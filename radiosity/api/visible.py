@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from golden.base.errors import check_choice
+from golden.base.errors import InputError, check_choice
+from golden.cast.methods import check_cell
 from golden.engine.cast.methods import FIXED_METHODS
 from golden.engine.config import PRESETS
 from golden.light.photometry.sensors import Sensors
@@ -34,9 +35,10 @@ def visible(scene: Scene, *, origin: tuple[float, float, float] | None = None, p
     method
         How rays are cast: shelling, naive-fixed or machine (the simulated one), with the same answers.
     cell
-        Cell size as a share of the scene's longest side. Default: that of the method.
+        Cell size as a share of the scene's longest side; naive-fixed has none. Default: that of the method.
     clusters, preset, parameters
-        The simulated machine, see `radiosity.machine`. Its ``icu.shadow_bits`` is 12 by default.
+        The simulated machine, see `radiosity.machine`; of method machine alone. Its ``icu.shadow_bits`` is 12 by
+        default.
     progress
         Shows bars for what takes more than two seconds.
 
@@ -49,12 +51,17 @@ def visible(scene: Scene, *, origin: tuple[float, float, float] | None = None, p
     InputError
         A value cannot be used.
     """
-    rays = shadow_rays(scene, origin=origin, patch=patch, targets=targets)
-    if method in FIXED_METHODS:
-        frusta = FIXED_METHODS[method](scene, *([cell] if method == "shelling" else []))
-        return ~frusta.shadows(rays, least=1).blocked
     for name, value, known in ("method", method, [*FIXED_METHODS, "machine"]), ("preset", preset, PRESETS):
         check_choice(f"visible: {name.capitalize()}", value, known, parameter=name)
+    check_cell(method, cell)
+    rays = shadow_rays(scene, origin=origin, patch=patch, targets=targets)
+    if method in FIXED_METHODS:
+        for name, value in ("clusters", clusters), ("parameters", parameters):
+            if value is not None:
+                raise InputError(f"visible: {name.capitalize()} must be left out with method {method}, not {value!r}",
+                                 parameter=name)
+        frusta = FIXED_METHODS[method](scene, *([cell] if method == "shelling" else []))
+        return ~frusta.shadows(rays, least=1).blocked
     clusters = checked_clusters(clusters)
     given = parameters or {}
     config = simulation_config(PRESETS[preset].with_parameters(f"{path}={value}" for path, value in given.items()),

@@ -6,9 +6,9 @@ The functions take a `radiosity.cli.machine_method.MachineMethod`, or None for a
 from collections.abc import Callable
 
 import click
-from click.core import ParameterSource
 
 from radiosity.cli.console import console
+from radiosity.cli.parameters import is_given
 
 __all__ = ["add_options", "machine_options", "method_of", "method_option", "options_of", "work_options"]
 
@@ -70,10 +70,9 @@ def options_of(machine, chosen: str, given: dict, *, kind: str = "options") -> t
     values = {name: given.pop(name) for name in names if name in given}
     if machine is not None and machine.name == chosen:
         return machine, values
-    context = click.get_current_context()
     for name in values:
-        if context.get_parameter_source(name) not in (ParameterSource.DEFAULT, None):
-            raise click.UsageError(f"{names[name].opts[-1]} needs --method {machine.name}.", context)
+        if is_given(name):
+            raise click.UsageError(f"{names[name].opts[-1]} needs --method {machine.name}.")
     return None, {}
 
 

@@ -5,13 +5,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from radiosity.cli.console import console
 from radiosity.cli.golden.choices import PRESETS, SCENE_SUFFIXES
 
 __all__ = ["ASSIGNMENTS", "AZIMUTHS", "CELL", "FILE", "LEAST_RAYS", "METHOD_CELL", "PRESET", "SCENE", "SCENE_HELP",
-           "ZENITH", "CellSize", "FiniteRange", "Numbers", "Place", "Positive", "WholePair", "rays_option"]
+           "ZENITH", "CellSize", "FiniteRange", "Numbers", "Place", "Positive", "WholePair", "is_given", "rays_option"]
 
 FILE = click.Path(path_type=Path)
 PRESET = click.option("--preset", type=click.Choice(PRESETS), default="paper", help="Choose the machine's parameters.")
@@ -69,6 +70,11 @@ AZIMUTHS = WholePair("AZIMUTHSxPOLARS")
 def rays_option(default: str = "256x64") -> Callable:
     """The option ``--rays`` of hemispheres."""
     return click.option("--rays", type=AZIMUTHS, default=default, help="Set the number of rays of each hemisphere.")
+
+
+def is_given(name: str) -> bool:
+    """Whether the user typed an option of the command that runs, by the name of its parameter."""
+    return click.get_current_context().get_parameter_source(name) not in (ParameterSource.DEFAULT, None)
 
 
 _COUNTS = {2: "two", 3: "three", 4: "four"}

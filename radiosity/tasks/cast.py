@@ -9,6 +9,7 @@ import numpy as np
 from golden.base.output import whole_file
 from golden.base.plural import counted
 from golden.cast.grid import Grid
+from golden.cast.methods import check_cell
 from golden.engine.cast.differences import differences, oracle_rays
 from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.cast.shelling import Shelling, ShellingCounts
@@ -59,6 +60,7 @@ def cast_frustum(scene: str, choice: FrustumChoice, config: Config, *, warn: Cal
     InputError
         The scene, the frustum or a parameter cannot be used.
     """
+    check_cell(method, cell)
     opened = open_scene(scene)
     record, geometry, weights = choice.record(opened, config)
     extra, text, agrees = {}, "", True

@@ -9,6 +9,7 @@ import numpy as np
 from golden.base.errors import InputError, whole_number
 from golden.base.finite_point import finite_point
 from golden.base.output import whole_file
+from golden.cast.methods import check_cell
 from golden.cast.shadow_rays import ShadowRays
 from golden.engine.cast.fixed_frusta import CONFIG, NaiveFixedFrusta, ShellingFrusta
 from golden.engine.config import Config
@@ -87,6 +88,7 @@ def cast_shadows(scene: str, config: Config, *, origin=None, patch: int | None =
     """
     if config.numbers != CONFIG.numbers:
         raise InputError("cast: Number formats (numbers.*) must be the default ones for shadow rays")
+    check_cell(method, cell)
     opened = open_scene(scene)
     rays = shadow_rays(opened, origin=origin, patch=patch, targets=read_sensors(targets) if targets else None)
 

@@ -147,6 +147,28 @@ def picture():
     return replace(drawn, sensors=np.ones((1, 3)))
 
 
+@pytest.mark.parametrize(("call", "methods"), [
+    (lambda **given: radiosity.cast(FURNACE, RAYS, **given), ("naive", "embree")),
+    (lambda **given: radiosity.visible(FURNACE, patch=0, **given), ("naive-fixed",)),
+    (lambda **given: radiosity.render(FURNACE, **given), ("naive", "embree", "naive-fixed"))])
+@pytest.mark.parametrize("cell", [-1, 0.25, np.nan])
+def test_a_method_without_cells_has_no_cell_size(call, methods, cell):
+    for method in methods:
+        with pytest.raises(radiosity.InputError, match=f"Cell size must be left out with method {method}") as caught:
+            call(method=method, cell=cell)
+        assert caught.value.parameter == "cell"
+
+
+@pytest.mark.parametrize(("name", "value", "says"), [
+    ("clusters", 2, "left out"), ("clusters", 3, "left out"), ("parameters", {"icu.rays": 4096}, "left out"),
+    ("preset", "huge", "one of")])
+@pytest.mark.parametrize("method", ["shelling", "naive-fixed"])
+def test_what_is_of_the_machine_goes_with_no_other_method(method, name, value, says):
+    with pytest.raises(radiosity.InputError, match=f"{name.capitalize()} must be {says}") as caught:
+        radiosity.visible(FURNACE, patch=0, method=method, **{name: value})
+    assert caught.value.parameter == name
+
+
 @pytest.mark.parametrize("efficacy", [0, -1, -0.0, np.nan, np.inf, -np.inf, np.float32(-5), True, "x"])
 def test_a_luminous_efficacy_is_finite_and_above_0(efficacy, picture, tmp_path):
     """Wherever one is given."""

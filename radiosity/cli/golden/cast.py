@@ -3,7 +3,6 @@
 import sys
 
 import click
-from click.core import ParameterSource
 
 from radiosity.cli.casting_method import add_options, machine_options, method_option, options_of, work_options
 from radiosity.cli.command_line import Task
@@ -19,6 +18,7 @@ from radiosity.cli.parameters import (
     SCENE_HELP,
     Numbers,
     WholePair,
+    is_given,
 )
 
 __all__ = ["cast_command"]
@@ -91,7 +91,9 @@ def cast_command(machine=None) -> click.Command:
         Exits with code 1 if --compare finds a hit that differs from brute force in integers, or a difference from
         float64 that rounding does not explain.
         """
-        _check_kind(kind, machine, targets=targets)
+        _check_kind(kind, machine, targets=targets, screen=screen)
+        if clusters is not None and method == "naive":
+            raise click.UsageError("--clusters does not go with --method naive.")
         chosen, options = options_of(machine, method, given, kind="frustum_options")
         from golden.base.output import check_outputs
         from golden.engine.config import PRESETS
@@ -140,15 +142,15 @@ def _report(report, text, agrees):
         sys.exit(1)
 
 
-def _check_kind(kind, machine, *, targets):
+def _check_kind(kind, machine, *, targets, screen):
     """Refuse options of other kinds of frusta."""
-    context = click.get_current_context()
     if kind is None:
         if targets:
-            raise click.UsageError("--targets needs --kind shadow.", context)
+            raise click.UsageError("--targets needs --kind shadow.")
+        if screen and is_given("rays"):
+            raise click.UsageError("--rays does not go with --screen.")
         return
     others = {*_OTHERS[kind], *(work_options(machine) if kind == "shadow" else ())}
-    for parameter in context.command.params:
-        if parameter.name in others and context.get_parameter_source(parameter.name) not in (
-                ParameterSource.DEFAULT, None):
-            raise click.UsageError(f"{parameter.opts[-1]} does not go with --kind {kind}.", context)
+    for parameter in click.get_current_context().command.params:
+        if parameter.name in others and is_given(parameter.name):
+            raise click.UsageError(f"{parameter.opts[-1]} does not go with --kind {kind}.")

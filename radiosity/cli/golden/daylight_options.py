@@ -60,8 +60,8 @@ DAYLIGHT = (
                  "[default: by the kind of the sky]"),
     click.option("--weather", type=Numbers("DIRECT,DIFFUSE", least=0), help="Set the direct normal and diffuse "
                  "horizontal irradiance in W/m2, for sky perez."),
-    click.option("--ground", type=FiniteRange(0, 1), default=0.2, help="Set the reflectance of the ground below "
-                 "the horizon of a sky."),
+    click.option("--ground", type=FiniteRange(0, 1), help="Set the reflectance of the ground below the horizon of "
+                 "a named sky.  [default: 0.2]"),
     click.option("--north", type=Numbers(), help="Set the direction of the north.  [default: +y, or -z if up is +y]"))
 """The options."""
 
@@ -82,11 +82,12 @@ def daylight_of(given: dict):
     if sun is not None and date is not None:
         raise click.UsageError("--sun excludes --date and --place.")
     if named is None:
-        more = [name for name in ("sun", "date", "sky_illuminance", "sun_illuminance", "weather", "north")
-                if given[name] is not None]
+        more = [name for name in ("sun", "date", "sky_illuminance", "sun_illuminance", "weather", "ground",
+                              "north") if given[name] is not None]
         if more:
             raise InputError(f"--{more[0].replace('_', '-')} needs --sky with one of {', '.join(SKIES)}")
         return None
     given["sky"] = None
     return Daylight(sky=named, sun=sun if date is None else sun_position(date, *place), **{
-        name: given[name] for name in ("sky_illuminance", "sun_illuminance", "weather", "ground", "north")})
+        name: given[name] for name in ("sky_illuminance", "sun_illuminance", "weather", "ground", "north")
+        if given[name] is not None})

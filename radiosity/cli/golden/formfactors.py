@@ -85,10 +85,12 @@ def formfactors_command(machine=None) -> click.Command:
         pool = worker_pool(workers, method, chosen, cell=cell)
         from golden.cast.density import Density
         from golden.cast.hemisphere import Hemisphere
+        from golden.cast.methods import check_cell
         from golden.engine.cast.methods import frustum_caster
         from golden.light.factors.hemisphere_rows import HemisphereRows
         from radiosity.tasks.view_factors import ViewFactorTask
 
+        check_cell(method, cell)
         rays, density = rays or (256, 64), None if least_rays is None else Density(least=least_rays)
         if chosen:
             hemisphere = Hemisphere(*rays)

@@ -7,7 +7,7 @@ import click
 from radiosity.cli.command_line import Task
 from radiosity.cli.console import console
 from radiosity.cli.golden.choices import HIT_FORMATS
-from radiosity.cli.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Numbers, WholePair
+from radiosity.cli.parameters import AZIMUTHS, FILE, METHOD_CELL, SCENE, SCENE_HELP, Numbers, WholePair, is_given
 
 __all__ = ["image_command"]
 
@@ -61,6 +61,8 @@ def image_command(scene, manifest, patches, every_patch, origin, normal, screen,
     """
     from radiosity.flow.job_image import ImageFrusta, write_image
 
+    if screen and is_given("rays"):
+        raise click.UsageError("--rays does not go with --screen.")
     frusta = ImageFrusta(patches=patches, every_patch=every_patch, origin=origin, normal=normal, screen=screen,
                          rays=rays)
     console().report(*write_image(scene, frusta, manifest, folder, cell=cell, base=base, hits=hits, sums=sums,

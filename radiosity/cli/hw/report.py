@@ -9,7 +9,7 @@ from radiosity.cli.command_line import Task
 from radiosity.cli.console import console
 from radiosity.cli.hw.choices import BLOCKS, FAMILIES, MHZ, NEXTPNR
 from radiosity.cli.hw.nextpnr_options import NEXTPNR_OPTIONS
-from radiosity.cli.parameters import ASSIGNMENTS, FILE, PRESET
+from radiosity.cli.parameters import ASSIGNMENTS, FILE, PRESET, is_given
 
 __all__ = ["report"]
 
@@ -63,7 +63,7 @@ def report(block, units, family, liberty, route, seeds, nextpnr, routability_dri
     units = units or tuple(UNITS[block])
     if liberty:
         for name, option in {"family": "--family", "route": "--route", **_OF_ROUTES, "records": "--record"}.items():
-            if _is_given(name):
+            if is_given(name):
                 raise InputError(f"report: --liberty goes without {option}, which is of FPGAs")
         _report_cells(block, units, liberty, folder, preset, config)
         return
@@ -72,7 +72,7 @@ def report(block, units, family, liberty, route, seeds, nextpnr, routability_dri
         raise InputError(f"report: there is no place and route for {KNOWN[family].title}")
     routes = KNOWN[family].has_clock and route is not False
     for name, option in _OF_ROUTES.items():
-        if not routes and _is_given(name):
+        if not routes and is_given(name):
             raise InputError(f"report: {option} needs place and route")
     seeds, options = (tuple(dict.fromkeys(seeds)), nextpnr) if routes else ((), ())
     if routes:
@@ -94,11 +94,6 @@ def report(block, units, family, liberty, route, seeds, nextpnr, routability_dri
     write_text(folder / f"{name}.md", text)
     console().report({"output": folder / f"{name}.md", "block": block, "preset": preset, "tools": tools, **place,
                       "parameters": config.parameters(), "units": [asdict(row) for row in rows]}, text.rstrip("\n"))
-
-
-def _is_given(name):
-    """Whether the user typed an option, by the name of its parameter."""
-    return click.get_current_context().get_parameter_source(name) is not click.core.ParameterSource.DEFAULT
 
 
 def _report_cells(block, units, liberty, folder, preset, config):

@@ -151,7 +151,12 @@ def test_shadow_rays_have_a_bit_for_each_target_whoever_casts(tmp_path):
     (("--kind", "shadow", "--patch", "0", "--compare", "oracle"), "--compare oracle does not go with --kind shadow"),
     (("--kind", "shadow", "--patch", "0", "-P", "numbers.vector_fraction=21"), "Number formats (numbers.*) must be"),
     (("--kind", "screen", "--patch", "0"), "--patch does not go with --kind screen"),
-    (("--patch", "0", "--targets", "a.txt"), "--targets needs --kind shadow")])
+    (("--patch", "0", "--targets", "a.txt"), "--targets needs --kind shadow"),
+    (("--screen", "8x8", "--rays", "256x64"), "--rays does not go with --screen"),
+    (("--patch", "0", "--method", "naive", "--clusters", "1"), "--clusters does not go with --method naive"),
+    (("--patch", "0", "--method", "naive", "--cell", "0.25"), "--cell: Cell size must be left out with method naive"),
+    (("--kind", "shadow", "--patch", "0", "--method", "naive", "--cell", "0.25"), "must be left out with method naive"),
+])
 def test_options_of_another_kind_are_one_line(words, says):
     result = run("cast", "cornell", *words)
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)

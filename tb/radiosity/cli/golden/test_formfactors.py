@@ -171,9 +171,9 @@ class Recorded:
     (("--rays", "32x8", "--samples", "3", "--project"),
      {"plain": {"rays": (32, 8), "samples": 3, "projected": True, "block_rows": 64}}),
     (("--samples", "2"), {"plain": {"rays": (256, 64), "samples": 2, "projected": False}}),
-    (("--time-limit", "5", "--error", "0.004"), {"within": {0: 5.0, "error": 0.004, "method": "naive"}}),
+    (("--time-limit", "5", "--error", "0.004"), {"within": {0: 5.0, "error": 0.004, "method": "grid"}}),
     (("--jobs", "3"), {"caster": {"jobs": 3, "cell": 0.3}}),
-    (("--resume",), {"store": {"method": "naive", "resume": True}}),
+    (("--resume",), {"store": {"method": "grid", "resume": True}}),
     (("--receivers", "p.txt", "r.csv", "--error", "0.005", "--seed", "3"),
      {"task": {"receivers": (Path("p.txt"), Path("r.csv"))}, "receive": {0: 1, "error": 0.005, "seed": 3}}),
     (("--period", "30,20"), {"task": {"period": (30, 20)}}),
@@ -193,12 +193,12 @@ def test_every_option_reaches_the_work(words, expected, monkeypatch, tmp_path):
             ("golden.light.factors.hemisphere_rows.HemisphereRows", "plain", None),
             ("radiosity.cli.golden.formfactors.worker_pool", "pool", nullcontext())):
         monkeypatch.setattr(place, seen.of(name, made))
-    result = run("formfactors", "furnace:1", "-o", tmp_path / "a.npz", "--method", "naive", "--cell", "0.3", *words)
+    result = run("formfactors", "furnace:1", "-o", tmp_path / "a.npz", "--method", "grid", "--cell", "0.3", *words)
     assert result.exit_code == 0, result.stderr
     if "within" in expected:
         seen.given["within"][1](0.01)
         expected = expected | {"adaptive": {"error": 0.01, "seed": 0}}
-    for name, options in (expected | {"caster": {1: "naive", "cell": 0.3}, "pool": {"cell": 0.3}}).items():
+    for name, options in (expected | {"caster": {1: "grid", "cell": 0.3}, "pool": {"cell": 0.3}}).items():
         assert {key: seen.given[name][key] for key in options} == options
 
 

@@ -99,6 +99,7 @@ def test_the_text_says_the_same_as_the_json(manifest, tmp_path):
     (("--origin", "0,0,0"), "--origin and --normal must be given together"),
     (("--patch", 20), "--patch: Patch must be 0 to 19, not 20"), (("--patch", -1), "not -1"),
     (("--screen", "8x8", "--sums"), "--sums needs hemispheres"),
+    (("--screen", "8x8", "--rays", "8x8"), "--rays does not go with --screen"),
     (("--patch", 1, "--hits", "none"), "one of --hits and --sums must be given"),
     (("--patch", 1, "--base", "-64"), "'-64' is not a whole number from 0 on"),
     (("--patch", 1, "--base", "0x"), "'0x' is not a whole number from 0 on"),
