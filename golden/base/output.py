@@ -7,7 +7,7 @@ from pathlib import Path
 
 from golden.base.errors import InputError
 
-__all__ = ["check_inputs_stay", "check_named_once", "check_outputs", "whole_file"]
+__all__ = ["beginning_with", "check_inputs_stay", "check_named_once", "check_outputs", "check_text_name", "whole_file"]
 
 
 def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
@@ -33,6 +33,21 @@ def check_outputs(*paths: Path | None, suffixes: tuple[str, ...]) -> None:
             raise InputError(f"output {str(path)!r}: cannot be written ({error.strerror})") from error
 
 
+def check_text_name(path: Path) -> None:
+    """The name of a path can stand in another file, as UTF-8.
+
+    Raises
+    ------
+    InputError
+        It is not UTF-8.
+    """
+    try:
+        path.name.encode()
+    except UnicodeEncodeError:
+        raise InputError(f"output {str(path)!r}: Name must be UTF-8, which another file holds, not {path.name!r}"
+                         ) from None
+
+
 def check_named_once(*paths: Path | None) -> None:
     """No two outputs are the same path (None is skipped).
 
@@ -45,6 +60,21 @@ def check_named_once(*paths: Path | None) -> None:
     for path in paths:
         if path is not None and resolved.count(path.resolve()) > 1:
             raise InputError(f"output {str(path)!r}: it is named twice")
+
+
+def beginning_with(prefix: Path | None, *endings: str) -> tuple[Path, ...]:
+    """The paths of several files whose names begin with that of ``prefix``; none if it is None.
+
+    Raises
+    ------
+    InputError
+        The prefix has no name.
+    """
+    if prefix is None:
+        return ()
+    if not prefix.name:
+        raise InputError(f"output {str(prefix)!r}: Prefix must have a name, not be a folder")
+    return tuple(prefix.with_name(prefix.name + ending) for ending in endings)
 
 
 def check_inputs_stay(*inputs: str | Path, outputs: Iterable[Path | None]) -> None:

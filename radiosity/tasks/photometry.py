@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from golden.base.errors import InputError
-from golden.base.output import check_outputs
+from golden.base.output import beginning_with, check_outputs
 from golden.base.plural import counted
 from golden.light.image import false_colour, write_png
 from golden.light.photometry.light_table import patch_rows, write_table
@@ -70,8 +70,7 @@ class Photometry:
     @property
     def pictures(self) -> tuple[Path, ...]:
         """The two pictures, or none."""
-        return tuple(self.false_colour.with_name(f"{self.false_colour.name}-{what}.png")
-                     for what in ("luminance", "illuminance")) if self.false_colour else ()
+        return beginning_with(self.false_colour, "-luminance.png", "-illuminance.png")
 
     @property
     def outputs(self) -> tuple[Path | None, ...]:

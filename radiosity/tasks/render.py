@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from golden.base.input_warnings import warn
-from golden.base.output import check_inputs_stay, check_named_once, check_outputs, whole_file
+from golden.base.output import beginning_with, check_inputs_stay, check_named_once, check_outputs, whole_file
 from golden.base.summary import summary
 from golden.cast.default_camera import default_camera
 from golden.light.image import false_colour, write_png
@@ -134,8 +134,7 @@ class RenderFiles:
     @property
     def heatmaps(self) -> tuple[Path, ...]:
         """The two pictures, or none."""
-        return tuple(self.heatmap.with_name(f"{self.heatmap.name}-{what}.png")
-                     for what in ("tests", "steps")) if self.heatmap else ()
+        return beginning_with(self.heatmap, "-tests.png", "-steps.png")
 
     def write(self, result: RenderResult, stats: dict) -> None:
         """Write all of them."""

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from golden.base.errors import InputError
-from golden.base.output import check_inputs_stay, check_named_once, check_outputs, whole_file
+from golden.base.output import (
+    beginning_with,
+    check_inputs_stay,
+    check_named_once,
+    check_outputs,
+    check_text_name,
+    whole_file,
+)
 
 
 def test_check_outputs_leaves_no_trace(tmp_path):
@@ -23,6 +30,23 @@ def test_check_outputs_refuses(tmp_path, name, message):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=message):
         check_outputs(tmp_path / name, suffixes=(".png",))
+
+
+@pytest.mark.parametrize("name", ["", ".", "/", "./", "//"])
+def test_a_prefix_has_a_name(name):
+    with pytest.raises(InputError, match=r"^output '.*': Prefix must have a name, not be a folder$"):
+        beginning_with(Path(name), "-a.png")
+    assert beginning_with(Path(name) / "b", "-a.png", ".c") == (Path(name) / "b-a.png", Path(name) / "b.c")
+    assert beginning_with(None, "-a.png") == ()
+
+
+@pytest.mark.parametrize("byte", [0x80, 0xC3, 0xFF])
+def test_a_name_in_another_file_is_text(byte):
+    name = os.fsdecode(b"a" + bytes([byte]) + b".mtl")
+    with pytest.raises(InputError, match=r"Name must be UTF-8, which another file holds, not ") as caught:
+        check_text_name(Path(name))
+    str(caught.value).encode()
+    check_text_name(Path(name) / "\N{GREEK SMALL LETTER PHI}.mtl")
 
 
 @pytest.mark.parametrize("name", ["a.obj", "./folder/../a.obj", "link.obj", "hard.obj"])

@@ -9,7 +9,8 @@ from golden.scene.sky import daylight
 from golden.scene.sky.sun_position import sun_position
 from radiosity.cli.golden.daylight_options import daylight_of
 
-GIVEN = dict.fromkeys(("sky", "sun", "date", "place", "sky_illuminance", "sun_illuminance", "weather", "ground", "north"))
+GIVEN = dict.fromkeys(("sky", "sun", "date", "place", "sky_illuminance", "sun_illuminance", "weather", "ground",
+                       "north"))
 
 
 @pytest.mark.parametrize("sky", [None, (1.0, 2.0, 3.0)])

@@ -104,6 +104,8 @@ BAD = {
     "statistics with the wrong ending": ({}, (*RENDER, "--stats", "a.txt"), ".json"),
     "statistics in a missing folder": ({}, (*RENDER, "--stats", "missing/a.json"), "missing/a.json"),
     "heat map in a missing folder": ({}, (*RENDER, "--heatmap", "missing/a"), "missing/a"),
+    "heat map without a name": ({}, (*RENDER, "--heatmap", "."), "Prefix must have a name"),
+    "false colours without a name": ({}, (*RENDER, "--false-colour", ""), "Prefix must have a name"),
     "heat map over an image": ({}, ("render", "furnace:1", "-o", "a-steps.png", "--heatmap", "a", *FAST), "twice"),
     "illuminance with the wrong ending": ({}, (*RENDER, "--illuminance", "a.txt"), ".csv"),
     "surfaces with the wrong ending": ({}, (*RENDER, "--surfaces", "a.obj"), ".glb"),
