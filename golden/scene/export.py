@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 
 from golden.base.errors import InputError
-from golden.base.output import check_inputs_stay, whole_file
+from golden.base.output import check_inputs_stay, check_text_name, whole_file
 from golden.scene.adjacency import corner_numbers
 from golden.scene.appearance import to_srgb
 from golden.scene.gltf_material import EXACT, EXACT_SHARES, gltf_material
@@ -178,6 +178,7 @@ def _obj(scene: Scene, path: Path) -> None:
     names = [f"{number}_{'_'.join(material.name.split())}".replace("#", "_") for number, material in
              enumerate(scene.materials)]
     library = path.with_suffix(".mtl")
+    check_text_name(library)
     lines = [f"mtllib {library.name}"] + [f"v {_numbers(point)}" for point in points]
     for number, name in enumerate(names):
         chosen = np.flatnonzero(scene.material == number)
@@ -223,7 +224,8 @@ def export_scene(scene: Scene, path) -> None:
     Raises
     ------
     InputError
-        The suffix is unknown, the file cannot be written, or it is one that the scene was read from.
+        The suffix is unknown, the file cannot be written, it is one that the scene was read from, or the name of an
+        .mtl is not UTF-8.
     """
     path = Path(path)
     check_inputs_stay(*scene.files, outputs=(path, path.with_suffix(".mtl") if path.suffix.lower() == ".obj" else None))

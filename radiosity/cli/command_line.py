@@ -115,6 +115,9 @@ class CommandLine(_Shared, click.Group):
         """Run a command and leave the interpreter with its exit code."""
         kwargs["standalone_mode"] = False
         code = None
+        if sys.stdout.errors == "strict":
+            # What has no bytes there, as of a file's name that is not UTF-8, must not end a command that has succeeded.
+            sys.stdout.reconfigure(errors="replace")
         try:
             # What `click.exceptions.Exit` carries; a command returns nothing.
             code = super().main(*args, **kwargs)

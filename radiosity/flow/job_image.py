@@ -132,7 +132,8 @@ def job_files(scene: str, frusta: ImageFrusta, core: CoreManifest, *, cell: floa
     job = whole_job([request], core.config, base=base)
     memory = memory_before(job)
     about = f"{scene}: {_frusta_text(records)}, {counted(len(geometry), 'patch')}, cell {cell:g}"
-    contents = {"job.bin": memory, "job.h": job_header(job, core, about=about, size=len(memory)).encode()}
+    header = job_header(job, core, about=about, size=len(memory))
+    contents = {"job.bin": memory, "job.h": header.encode(errors="replace")}  # a scene's name may be no UTF-8
     if expected:
         contents["job.txt"] = "".join(f"{line}\n" for line in expected_results(job)).encode()
     return JobFiles(contents=contents, job=job, cell=cell, about=about)

@@ -1,5 +1,6 @@
 """Help is quick and needs no extra; options stay."""
 
+import os
 import re
 import subprocess
 import sys
@@ -141,6 +142,17 @@ def test_a_simulator_without_verilator_is_one_line(tmp_path, monkeypatch):
     assert result.exit_code == 2
     assert result.stderr.startswith("error: simulator: Verilator is not installed")
     assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "ascii", "latin-1"])
+def test_a_name_that_stdout_cannot_show_ends_no_command(encoding, tmp_path):
+    """One that is not UTF-8, of a scene and of an output; the output is there."""
+    scene, output = (os.fsdecode(b"a\xff" + end) for end in (b".obj", b".stl"))
+    (tmp_path / scene).write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    code = f"import radiosity.cli.main as m; m.main(['scene', {scene!r}, '-o', {output!r}])"
+    done = python(code, cwd=tmp_path, env=os.environ | {"PYTHONIOENCODING": f"{encoding}:strict"})
+    assert (done.returncode, "Error" in done.stderr) == (0, False)
+    assert (tmp_path / output).stat().st_size
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)

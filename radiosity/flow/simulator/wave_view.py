@@ -17,7 +17,7 @@ def write_wave_view(waves: Path, view: Path) -> None:
 
     The groups hold the streams and buses at their ports. All but the engine's group are closed at first.
     """
-    with whole_file(view) as part, part.open("w") as file:
+    with whole_file(view) as part, part.open("w", encoding="utf-8", errors="surrogateescape") as file:
         save = GTKWSave(file)
         save.dumpfile(waves.name, abspath=False)
         for number, (name, signals) in enumerate(_groups(waves).items()):
