@@ -72,7 +72,7 @@ class JobRules:
         else:
             assert not stops or overdue or is_load, "a reset has a cause"
         expected = next((one for one in self._candidates if one["code"]), _NONE) if self._free_error else self._error
-        late = error["code"] == _WATCHDOG and self._free_error and error["cluster"] in (
+        late = error["code"] == _WATCHDOG and self._free_error and error["number"] == 0 and error["cluster"] in (
             {0} if is_load else overdue)
         assert late or error == expected, "the first error stays, and of several the first of the list"
         self._error = error
