@@ -1,6 +1,9 @@
 """Sections one after the other in units that take their time: none starts early, none is lost, few cycles between."""
 
-from hw.control.section_cast import SectionCast
+from amaranth.sim import Simulator
+
+from golden.engine.config import PRESETS
+from hw.control.section_cast import PATCHES, SectionCast
 from tb.lib.bench import Bench
 
 UNITS = ("memory", "intersection", "traversal", "near")
@@ -61,3 +64,23 @@ class TestSectionCast(Bench):
         """Patches that have entered leave; all else comes at any time."""
         given.enters, given.leaves = random.random() < 0.2, self.patches > 0 and random.random() < 0.4
         given.ends, given.drained = random.random() < 0.1, random.random() < 0.8
+
+
+def test_as_many_patches_as_are_counted():
+    """Nothing is in flight only when each of them has left."""
+    dut = SectionCast(config=PRESETS["tiny"])
+
+    async def bench(ctx):
+        ctx.set(dut.drained, 1)
+        for moves, left in (dut.enters, range(PATCHES)), (dut.leaves, range(PATCHES, 0, -1)):
+            ctx.set(moves, 1)
+            for patches in left:
+                assert ctx.get(dut.idle) == (patches == 0), f"{patches} patches"
+                await ctx.tick()
+            ctx.set(moves, 0)
+        assert ctx.get(dut.idle)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
