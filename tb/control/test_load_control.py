@@ -1,7 +1,9 @@
 """Loads, with units that take their time."""
 
 import random
-from itertools import chain, repeat
+from itertools import count
+
+import pytest
 
 from golden.engine.config import PRESETS
 from golden.engine.memory_map import REGIONS
@@ -79,17 +81,20 @@ class TestLoadControl(Bench):
         return {"o_word": trace.cycles["i_word"]}
 
 
-def test_a_load_ends_when_all_words_are_stored():
-    """Soon after, and then the unit is idle; nothing is stored before cycle 60."""
-    bench = ScheduleBench(LoadControl(config=CONFIG), idle_limit=80, watched=["busy"])
-    came = bench.run(
-        Schedule(items={"i": [(0, {"image": 64, "regions": ALL & ~OWN, "copies": 0})]}),
+@pytest.mark.parametrize("copies", [0, 1])
+@pytest.mark.parametrize("regions", [ALL, ALL & ~OWN], ids=["all", "shared"])
+def test_a_step_of_a_load_ends_when_its_word_is_stored(regions, copies):
+    """Soon after the 60 cycles of each word, and then the next one begins, or the unit is idle."""
+    bench, cycle = ScheduleBench(LoadControl(config=CONFIG), idle_limit=80, watched=["busy"]), count(1)
+    bench.run(
+        Schedule(items={"i": [(0, {"image": 64, "regions": regions, "copies": copies})]}),
         Responder("o_command", "i_word", lambda command: [word(command["image"], 0)]),
         Responder("o_word", "i_done", lambda word: [{"code": Fault.NONE.value, "address": 0}]),
-        stored=chain(repeat(0, 60), repeat(1)))
-    assert len(came["o_over"]) == 1
-    (begin,), (end,) = bench.cycles["i"], bench.cycles["o_over"]
-    assert 60 <= end <= 63
+        stored=lambda cycles: int(next(cycle) - (cycles["i_word"] or [-60])[-1] >= 60))
+    words, commands, (begin,), (end,) = (bench.cycles[name] for name in ("i_word", "o_command", "i", "o_over"))
+    assert len(words) == len(commands) == (1 if copies or not regions & OWN else 1 + NODES)
+    for stored, ends in zip(words, [*commands[1:], end], strict=True):
+        assert 60 <= ends - stored <= 64
     busy = [cycle for cycle, is_busy in enumerate(bench.history["busy"], start=1) if is_busy]
     assert busy == [*range(begin + 1, end + 1)]
-    assert bench.cycles["o_command"][0] - begin == documented_latency(LoadControl, CONFIG)
+    assert commands[0] - begin == documented_latency(LoadControl, CONFIG)

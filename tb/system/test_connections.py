@@ -239,6 +239,26 @@ def test_nodes_have_the_numbers_of_their_places_and_clusters_come_first(engine):
     engine.simulate(bench)
 
 
+def test_words_are_stored_when_none_is_held_and_no_node_loads(engine):
+    """Nodes of each kind; the word is one that no node takes."""
+    load, nodes = engine.units["LoadControl"], [engine.units[name] for name in ("Cluster", "PatchNode")]
+
+    async def bench(ctx):
+        for node in nodes:
+            for loads in 1, 0:
+                ctx.set(node.loads, loads)
+                await ctx.tick()
+                assert ctx.get(load.stored) == (not loads)
+        ctx.set(load.o_word.valid, 1)
+        await ctx.tick()
+        ctx.set(load.o_word.valid, 0)
+        for _ in range(20):
+            assert not ctx.get(load.stored)
+            await ctx.tick()
+
+    engine.simulate(bench)
+
+
 def test_a_fault_of_the_network_is_that_of_its_node(engine):
     units, nodes = engine.units, range(4)
 
