@@ -79,9 +79,13 @@ def pytest_sessionstart(session):
 
 
 def pytest_runtest_logreport(report):
-    """Record the tests that are skipped."""
-    if report.skipped and not hasattr(report, "wasxfail"):
+    """Record the tests that are skipped, or expected to fail."""
+    if report.skipped:
         _skipped.append(report.nodeid)
+
+
+# Of a module that is skipped no test is collected.
+pytest_collectreport = pytest_runtest_logreport
 
 
 @pytest.hookimpl(trylast=True)

@@ -24,10 +24,16 @@ def run(folder, files, *options, **environment):
     return done.returncode, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize(("skips", "options"), [(False, ()), (True, ()), (True, ("-n", "1"))], ids=str)
-def test_a_run_with_a_skipped_test_fails(tmp_path, options, skips):
-    code, said = run(tmp_path, {
-        "test_it.py": f"import pytest\n\n\n@pytest.mark.skipif({skips}, reason='not here')\n{PASSES}"}, *options)
+@pytest.mark.parametrize("options", [(), ("-n", "1")], ids=str)
+@pytest.mark.parametrize(("text", "skips"), [
+    (f"@pytest.mark.skipif(False, reason='not here')\n{PASSES}", False),
+    (f"@pytest.mark.skipif(True, reason='not here')\n{PASSES}", True),
+    (f"pytest.skip('not here', allow_module_level=True)\n\n\n{PASSES}", True),
+    (f"pytest.importorskip('not_here')\n\n\n{PASSES}", True),
+    ("@pytest.mark.xfail\ndef test_it():\n    assert False\n", True)],
+    ids=["none", "test", "module", "import", "expected failure"])
+def test_a_run_with_a_skipped_test_fails(tmp_path, options, text, skips):
+    code, said = run(tmp_path, {"test_it.py": f"import pytest\n\n\n{text}", "test_other.py": PASSES}, *options)
     assert code == int(skips), said
     assert ("error: skipped tests: 1; none may be" in said) == skips
 
