@@ -37,8 +37,8 @@ class Fetch:
     def run(self, ones, *, taken=0, ring_bits=3, stalls=(), errors=(), after=5, doorbell=None, enable=1):
         """What comes out, and the requests."""
         self.memory = {}
-        for number, one in enumerate(ones):
-            entry = RING + SIZE * ((taken + number) % (1 << ring_bits))
+        self.entries = [RING + SIZE * ((taken + number) % (1 << ring_bits)) for number in range(len(ones))]
+        for entry, one in zip(self.entries, ones, strict=True):
             self.memory |= dict(enumerate(one.tobytes(), start=entry))
         self.errors, size = set(errors), self.config.memory.beat_bytes
 
@@ -58,28 +58,36 @@ class Fetch:
         return self.memory.get(address, byte_at(address))
 
     def is_error(self, address):
-        return any(address <= error < address + self.config.memory.beat_bytes for error in self.errors)
+        """Whether the beat of an address has an error."""
+        size = self.config.memory.beat_bytes
+        return any(address // size == error // size for error in self.errors)
 
     def expected(self, ones):
-        """The words of descriptors and near cells, without errors."""
+        """The words of descriptors and near cells; near cells of which not all is known are not read."""
         found = []
-        for one in ones:
-            near = near_words(one, self.config)
+        for entry, one in zip(self.entries, ones, strict=True):
+            errors = [int(self.is_error(entry + 8 * index)) for index in range(DESCRIPTOR_WORDS)]
+            near = 0 if any(errors[:COUNT_WORD + 1]) else near_words(one, self.config)
             found += [{"index": index, "data": word, "last": int(not near and index == DESCRIPTOR_WORDS - 1),
-                       "error": 0} for index, word in enumerate(words_of(one))]
+                       "error": error} for index, (word, error) in enumerate(zip(words_of(one), errors, strict=True))]
             for k in range(near):
                 address = int(one["near_cells"]) + 8 * k
-                found.append({"index": NEAR_INDEX, "last": int(k == near - 1), "error": 0, "data": int.from_bytes(
-                    bytes(self.byte(address + j) for j in range(8)), "little")})
+                found.append({"index": NEAR_INDEX, "last": int(k == near - 1), "error": int(self.is_error(address)),
+                              "data": int.from_bytes(bytes(self.byte(address + j) for j in range(8)), "little")})
         return found
 
 
 @pytest.fixture(scope="module", params=[64, pytest.param(512, marks=pytest.mark.sim)])
-def fetch(request):
-    return Fetch(request.param)
+def width(request):
+    return request.param
 
 
-@pytest.mark.parametrize("width", WIDTHS)
+@pytest.fixture(scope="module")
+def fetch(width):
+    return Fetch(width)
+
+
+@pytest.mark.parametrize("width", WIDTHS, scope="module")
 def test_beats_of_all_widths(width):
     fetch, draw = Fetch(width), random.Random(width)
     ones = [descriptor(fetch.config, draw, near_count=count) for count in (3, 40, 0, 1)]
@@ -163,29 +171,22 @@ def test_no_descriptor_is_requested_without_enable(fetch):
 
 @pytest.mark.parametrize("word", [0, 3, 6, COUNT_WORD - 1, COUNT_WORD, COUNT_WORD + 1, 23])
 def test_a_descriptor_that_cannot_be_read(fetch, word):
-    """The next one follows; near cells of which not all is known are not read."""
+    """The words of its beat have the error, and the next descriptor follows."""
     draw = random.Random(word)
     ones = [descriptor(fetch.config, draw, near_count=4) for _ in range(3)]
-    found = fetch.run(ones, errors=[RING + SIZE + 8 * word])["o"]
-    first = word - word % (fetch.config.memory.beat_bytes // 8)
-    expected = fetch.expected(ones)
-    begins = [number for number, one in enumerate(found) if one["index"] == 0]
-    assert len(begins) == 3
-    assert found[:begins[1]] == expected[:begins[1]]
-    assert found[begins[1] + word]["error"]
-    assert found[begins[2]:] == expected[-(len(found) - begins[2]):]
-    near = [NEAR_INDEX] * near_words(ones[1], fetch.config) if first > COUNT_WORD else []
-    assert [one["index"] for one in found[begins[1]:begins[2]]] == [*range(DESCRIPTOR_WORDS), *near]
+    assert fetch.run(ones, errors=[RING + SIZE + 8 * word])["o"] == fetch.expected(ones)
 
 
-def test_near_cells_that_cannot_be_read(fetch):
-    draw = random.Random(2)
-    ones = [descriptor(fetch.config, draw, near_count=6, near_cells=0x4000 * (1 + k)) for k in range(2)]
-    found, expected = fetch.run(ones, errors=[0x4000 + 8])["o"], fetch.expected(ones)
-    assert [one["index"] for one in found] == [one["index"] for one in expected]
-    assert any(one["error"] for one in found if one["index"] == NEAR_INDEX)
-    assert not any(one["error"] for one in found if one["index"] != NEAR_INDEX)
-    assert found[27:] == expected[27:]
+@pytest.mark.parametrize(("cells", "rays", "word"), [
+    (1, 0, 0), (6, 0, 0), (6, 0, 1), (6, 0, 2), (40, 0, 9), (1, 30, 1), (5, 30, 3), (5, 30, 32)])
+def test_near_cells_and_listed_rays_that_cannot_be_read(width, cells, rays, word):
+    """The words of their beat have the error."""
+    fetch, draw = Fetch(width, **{"icu.shadow_bits": 5}), random.Random(word)
+    ones = [descriptor(fetch.config, draw, near_count=cells, near_cells=0x4000 * (1 + k), ray_count=rays)
+            for k in range(2)]
+    found = fetch.run(ones, errors=[0x4000 + 8 * word])["o"]
+    assert any(one["error"] for one in found)
+    assert found == fetch.expected(ones)
 
 
 def test_rate(fetch):
