@@ -1,11 +1,13 @@
 import re
 from dataclasses import replace
-from itertools import pairwise, product
+from itertools import chain, pairwise, product, repeat
 
 import cocotb
 import numpy as np
 import pytest
-from amaranth.hdl import Module, Signal
+from amaranth.hdl import Elaboratable, Module, ResetInserter, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In
 from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
@@ -35,6 +37,7 @@ from tb.lib.stall_patterns import STALL_PAIRS
 # Small enough for short tests: a sweep of the ray memory has as many cycles as rays. Two bits of tags run out after
 # three frusta of a bank.
 SMALL = {"icu.rays": 1024, "icu.patch_bits": 10, "icu.side_bits": 8, "icu.generation_bits": 2}
+FEW = {**SMALL, "icu.rays": 64, "icu.shadow_bits": 6}
 
 
 def scene_of(name):
@@ -487,17 +490,54 @@ def test_tiles_of_a_section_are_rounded_up_to_a_power_of_two():
     simulator.run()
 
 
+class _WithReset(Elaboratable):
+    """A component with the reset that its cluster has."""
+
+    def __init__(self, component):
+        self._component, self.reset = component, Signal()
+        for name in component.signature.members:
+            setattr(self, name, getattr(component, name))
+        self.signature = wiring.Signature({**component.signature.members, "reset": In(1)})
+
+    def elaborate(self, platform):
+        return ResetInserter(self.reset)(self._component)
+
+
+def begun(bench, rays, before=(), resets=None):
+    """The cycles in which rays and frustum are accepted. With ``rays`` it is a shadow frustum; after as many rays as
+    ``before`` has, and their cycles, the unit is reset in the cycle ``resets``, and the list begins again.
+    """
+    listed = [(0, {"ray": ray, "end": 1, "is_ray": 1, "last": int(ray == rays - 1)}) for ray in range(rays)]
+    again = [(resets - before[-1] + 1, listed[0][1]), *listed[1:]] if before else listed
+    bench.run(Schedule(items={
+        "i_frustum": [(FEW["icu.rays"] + 20, {
+            "section": {"end_column": 8, "end_row": 8}, "tiles_across": 2, "is_shadow": int(rays > 0)})],
+        "i_ray": listed[:len(before)] + again}),
+        reset=chain(repeat(0, resets - 1), [1], repeat(0)) if before else 0)
+    return bench.cycles["i_ray"], bench.cycles["i_frustum"]
+
+
+@pytest.fixture(scope="module")
+def begin_bench():
+    return ScheduleBench(_WithReset(IntersectionUnit(config=config_of(FEW))), ["i_frustum", "i_ray"], [],
+                         idle_limit=FEW["icu.rays"] + 20)
+
+
 @pytest.mark.sim
 @pytest.mark.parametrize(("rays", "timing"), [
     (0, r"accepted ``(\d+)`` cycles after it is offered"),
     (3, r"a shadow frustum ``(\d+)`` cycles after the last of its rays")])
-def test_a_frustum_is_accepted_as_soon_as_documented(rays, timing):
+def test_a_frustum_is_accepted_as_soon_as_documented(begin_bench, rays, timing):
     """Where nothing is in flight, and the rows that it uses have been swept; with ``rays`` it is a shadow frustum."""
-    few = {**SMALL, "icu.rays": 256, "icu.shadow_bits": 8}
-    bench = ScheduleBench(IntersectionUnit(config=config_of(few)), ["i_frustum", "i_ray"], [])
-    bench.run(Schedule(items={
-        "i_frustum": [(few["icu.rays"] + 20, {
-            "section": {"end_column": 8, "end_row": 8}, "tiles_across": 2, "is_shadow": int(rays > 0)})],
-        "i_ray": [(0, {"ray": ray, "end": 1, "is_ray": 1, "last": int(ray == rays - 1)}) for ray in range(rays)]}))
-    begins = bench.cycles["i_ray"][-1] if rays else bench.trace.offered["i_frustum"][0]
-    assert bench.cycles["i_frustum"] == [begins + int(re.search(timing, IntersectionUnit.__doc__)[1])]
+    listed, accepted = begun(begin_bench, rays)
+    first = listed[-1] if rays else begin_bench.trace.offered["i_frustum"][0]
+    assert accepted == [first + int(re.search(timing, IntersectionUnit.__doc__)[1])]
+
+
+@pytest.mark.sim
+def test_a_reset_leaves_nothing_of_a_list(begin_bench):
+    """Between its rays, and until its frustum begins: the list that comes then takes as long as any."""
+    whole, (accepted,) = begun(begin_bench, 3)
+    for resets in whole[1], (whole[-1] + accepted) // 2, accepted - 1:
+        listed, again = begun(begin_bench, 3, [cycle for cycle in whole if cycle < resets], resets)
+        assert again == [listed[-1] + accepted - whole[-1]], f"reset in cycle {resets}"
