@@ -15,7 +15,7 @@ export PYTHONHASHSEED := 0
 export PYTHONDONTWRITEBYTECODE :=
 
 # `make sim BLOCK=icu` runs the regressions of one block, its proofs among them; those of no single block are in `formal`.
-BLOCKS  := control ctu formal icu lib memsys noc system
+BLOCKS  := board control ctu formal icu lib memsys noc registers system
 BLOCK   ?= $(BLOCKS)
 BENCHES  = $(wildcard $(BLOCK:%=tb/%/test_*.py) $(BLOCK:%=tb/%/*/test_*.py) $(BLOCK:%=tb/formal/%/test_*.py))
 PYTEST  := $(BIN)/pytest -n 2 --dist loadgroup

@@ -3,6 +3,8 @@
 import subprocess
 from pathlib import Path
 
+from tb.bugs.nearness import simulated
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -11,3 +13,8 @@ def test_clean_enters_every_package():
     line, = (line for line in recipe.splitlines() if line.startswith("find "))
     packages = {path.parent.name for path in ROOT.glob("*/__init__.py")}
     assert packages <= set(line[:line.index(" -name")].split())
+
+
+def test_the_regressions_have_all_folders_of_the_hardware():
+    folders = {path.parent.name for path in ROOT.glob("hw/*/__init__.py")}
+    assert {f"tb/{name}" for name in folders} <= {*simulated(ROOT)}
