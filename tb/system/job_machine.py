@@ -105,6 +105,7 @@ class JobMachine:
         for address, data in self._extra.items():
             complete(self.port.write_memory(address, data))
         self._before = bytearray(self.read(self._base, self.port.size))
+        self._taken = complete(self.host.read("taken"))
 
     def submit(self) -> None:
         """All descriptors, which the rings can hold."""
@@ -150,7 +151,8 @@ class JobMachine:
         raise AssertionError(f"the status is {status} still")
 
     def resumed(self, *, attempts: int = 1) -> list:
-        """Let a halted queue go on with the first phase's image until it has nothing to do; the completion records.
+        """Let a halted queue go on until it has nothing to do, with the image of the next section's phase: the loads
+        that follow are of what their phases change. The completion records.
 
         Parameters
         ----------
@@ -162,9 +164,11 @@ class JobMachine:
         EngineError
             The last one has failed.
         """
+        taken = (complete(self.host.read("taken")) - self._taken) % (1 << 32)
+        phase = next((one.phase for one in self.job.sections[taken:] if one), 0)
         for left in reversed(range(attempts)):
             try:
-                complete(self.host.resume(self.job.phases[0].address))
+                complete(self.host.resume(self.job.phases[phase].address))
             except EngineError:
                 if not left:
                     raise

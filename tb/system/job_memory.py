@@ -4,10 +4,11 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from golden.engine.frustum.bundle import Bundle
 from golden.engine.jobs.completion import COMPLETION
 from golden.engine.jobs.descriptor import DESCRIPTOR
 from golden.engine.jobs.job import Job
-from golden.engine.jobs.result_formats import HitFormat
+from golden.engine.jobs.result_formats import HitFormat, bit_words
 from golden.engine.jobs.run_job import run_job
 from hw.registers.error_code import ErrorCode
 
@@ -91,7 +92,9 @@ class JobMemory:
         return [first for first, _ in self._extents(tag)]
 
     def _extents(self, tag):
-        """First byte and size of the results of a section, row by row, as many as there can be."""
+        """First byte and size of the results of a section, row by row, as many as there can be; of a shadow frustum
+        those of its bits.
+        """
         one, section = self.descriptors[tag], self.job.sections[tag]
         first_column, end_column, first_row, end_row = (
             int(one[name]) for name in ("first_column", "end_column", "first_row", "end_row"))
@@ -99,6 +102,8 @@ class JobMemory:
         if one["sums"] and section:
             patches = len(self.job.phases[section.phase].request.geometry)
             yield int(one["sums_address"]), 8 * min(rays, patches)
+        if one["bundle"] == Bundle.SHADOW:
+            yield int(one["hits"]), 8 * bit_words(int(one["ray_count"]))
         size = HitFormat(one["hit_format"]).bytes if one["hit_format"] in tuple(HitFormat) else 0
         for row in range(first_row, end_row if size else 0):
             yield int(one["hits"]) + size * (row * columns + first_column), size * (end_column - first_column)

@@ -1,6 +1,7 @@
 """Phases for the machine: frusta of built-in scenes, as a host requests them."""
 
 import functools
+from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from golden.cast.default_camera import default_camera
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
+from golden.engine.cast.shadow_frusta import shadow_frusta
 from golden.engine.cast.shelling import Shelling
 from golden.engine.config import Config
 from golden.engine.frustum import hemisphere_record, screen_record
@@ -21,8 +23,9 @@ from golden.engine.schedule.resident_sets import ResidentSets
 from golden.engine.schedule.sections import Partition
 from golden.engine.schedule.subshells import NO_SUBSHELLS
 from golden.scene.open import open_scene
+from tb.golden.engine.cast.drawn_shadows import drawn_rays
 
-__all__ = ["geometry", "phase"]
+__all__ = ["geometry", "phase", "shadow_phases"]
 
 # Of the sparse casting that finds resident sets and subshells, and the point that it is from.
 RATIO, REFERENCE = 16, 0
@@ -71,6 +74,16 @@ def phase(scene: str, config: Config, *, cell: float, rays: tuple[int, int] = (3
     if sets:
         results["plan"] = _plan(reference, patches, table, config, sets)
     return PhaseRequest(geometry=patches, table=table, records=records, **results | given)
+
+
+def shadow_phases(scene: str, config: Config, *, cell: float, count: int, seed: int) -> list[PhaseRequest]:
+    """Shadow frusta of drawn rays from points of a built-in scene's light, a phase for each size of their grids."""
+    patches, table = geometry(scene, config, cell)
+    rays, _ = drawn_rays(open_scene(scene), count, seed, lights=2)
+    by_size = defaultdict(list)
+    for _, record, _ in shadow_frusta(rays, patches.coordinates):
+        by_size[record.columns].append(record)
+    return [PhaseRequest(geometry=patches, table=table, records=records) for records in by_size.values()]
 
 
 def _plan(reference, patches, table, config, sets) -> Schedule:

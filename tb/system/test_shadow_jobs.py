@@ -1,6 +1,6 @@
 """Shadow frusta on the exported engine: every byte of main memory is golden's."""
 
-from collections import defaultdict
+import random
 from dataclasses import fields, replace
 from itertools import pairwise
 
@@ -9,30 +9,27 @@ import pytest
 
 from golden.base.errors import InputError
 from golden.engine.cast.naive_fixed import NaiveFixed
-from golden.engine.cast.shadow_frusta import shadow_frusta
 from golden.engine.frustum.bundle import Bundle
 from golden.engine.frustum.record import FrustumRecord
 from golden.engine.jobs.descriptor import list_words, near_bytes
-from golden.engine.jobs.job import PhaseRequest, plan_job
+from golden.engine.jobs.job import plan_job
 from golden.engine.jobs.result_formats import bit_words, unpack_bits
 from golden.engine.jobs.run_job import run_job
-from golden.scene.open import open_scene
-from tb.golden.engine.cast.drawn_shadows import drawn_rays
+from hw.registers.error_code import ErrorCode
+from radiosity.flow.simulator.simulated_port import complete
+from tb.lib.seed import SEED
 from tb.system.job_machine import BASE, CONFIGS, SHADOWS, JobMachine
-from tb.system.scenes import geometry, phase
+from tb.system.scenes import phase, shadow_phases
 
 CONFIG = CONFIGS[2].replace(SHADOWS)
 CELL = 0.25
+# Cycles from the begin of a section to the first ray of its list, and from the last one until it has settled.
+LISTED = 40
 
 
 def shadows(*, count, seed):
-    """Phases of shadow frusta from points of the scene's light, one for each size of their grids."""
-    patches, table = geometry("cornell", CONFIG, CELL)
-    rays, _ = drawn_rays(open_scene("cornell"), count, seed, lights=2)
-    by_size = defaultdict(list)
-    for _, record, _ in shadow_frusta(rays, patches.coordinates):
-        by_size[record.columns].append(record)
-    return [PhaseRequest(geometry=patches, table=table, records=records) for records in by_size.values()]
+    """Phases of shadow frusta."""
+    return shadow_phases("cornell", CONFIG, cell=CELL, count=count, seed=seed)
 
 
 @pytest.fixture(scope="module")
@@ -123,4 +120,42 @@ def test_shadow_frusta_and_others_are_no_phase():
 @pytest.mark.sim
 def test_shadow_frusta_between_other_kinds(job):
     with JobMachine(job) as machine:
+        machine.right()
+
+
+@pytest.mark.sim
+def test_a_stop_leaves_nothing_of_a_list(job):
+    """At each end of a list, while its rays come and until they have settled: what comes after is right."""
+    draw, counts = random.Random(SEED), job.descriptors["ray_count"]
+    with JobMachine(job) as machine:
+        machine.begin()
+        machine.submit()
+        now = machine(machine.host.read("cycles"))
+        listed = [one for one in machine.ended() if counts[one["tag"]]]
+        for number in range(6):
+            one = draw.choice(listed)
+            # When memories are swept depends on the frusta before.
+            machine.port.reset()
+            machine.begin()
+            machine.submit()
+            at = int(one["begin"]) - now + int(number % 2 and counts[one["tag"]]) + draw.randrange(LISTED)
+            complete(machine.port.wait(at))
+            machine(machine.host.command("stop"))
+            before = machine.ended()
+            aborted = {int(one["tag"]): ErrorCode.ABORTED for one in before if one["error"]}
+            assert aborted, "a section is in flight"
+            machine.check(np.array([*before, *machine.resumed()]), aborted)
+
+
+@pytest.mark.sim
+def test_a_list_that_cannot_be_read_ends_its_section_alone(job):
+    """Whichever word of those behind the cells of shell 1."""
+    with JobMachine(job, latency=5) as machine:
+        tag = int(job.descriptors["ray_count"].argmax())
+        first, words = int(job.descriptors["near_cells"][tag]), int(list_words(job.descriptors)[tag])
+        for word in words - int(job.descriptors["ray_count"][tag]), words - 1:
+            machine.port.fault(first=first + 8 * word, size=8)
+            (record,) = [one for one in machine.right({tag: ErrorCode.READ_REPLY}) if one["tag"] == tag]
+            assert record["address"] == first
+        machine.port.fault()
         machine.right()
