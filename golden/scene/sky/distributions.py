@@ -1,6 +1,7 @@
 """Relative luminances of skies."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -8,7 +9,8 @@ from golden.scene.sky.weather import clearness_class
 
 __all__ = ["Distribution", "cie_clear", "cie_overcast", "horizontal", "perez", "uniform"]
 
-# Of directions above the horizon, by the sines of their elevation and their angles from the sun in radians.
+# Of directions above the horizon, by the sines of their elevation and their angles from the sun in radians. It can be
+# pickled: workers get the scene.
 Distribution = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 # A direction counts as at least so high, as a sine: gradation functions have a pole at the horizon.
@@ -38,7 +40,7 @@ _PEREZ = np.array([
 
 def uniform() -> Distribution:
     """The same luminance everywhere."""
-    return lambda sine, angle: np.ones_like(sine)
+    return _uniform
 
 
 def cie_overcast() -> Distribution:
@@ -46,7 +48,7 @@ def cie_overcast() -> Distribution:
 
     Source: Moon and Spencer 1942; CIE S 011 (ISO 15469:2004), the traditional overcast sky.
     """
-    return lambda sine, angle: (1 + 2 * sine) / 3
+    return _cie_overcast
 
 
 def cie_clear() -> Distribution:
@@ -54,7 +56,8 @@ def cie_clear() -> Distribution:
 
     Source: CIE S 011 (ISO 15469:2004), type 12.
     """
-    return _gradation_and_scattering(-1.0, -0.32, 10.0, -3.0, 0.45, lowered=True)
+    c, d = 10.0, -3.0
+    return partial(_gradation_and_scattering, a=-1.0, b=-0.32, c=c, d=d, e=0.45, offset=c * np.exp(d * np.pi / 2))
 
 
 def perez(clearness: float, brightness: float, zenith: float) -> Distribution:
@@ -78,7 +81,7 @@ def perez(clearness: float, brightness: float, zenith: float) -> Distribution:
         _, _, (c1, c2, c3, c4), (d1, d2, d3, d4), _ = rows
         c = np.exp((brightness * (c1 + c2 * zenith)) ** c3) - c4
         d = -np.exp(brightness * (d1 + d2 * zenith)) + d3 + d4 * brightness
-    return _gradation_and_scattering(a, b, c, d, e)
+    return partial(_gradation_and_scattering, a=a, b=b, c=c, d=d, e=e)
 
 
 def horizontal(distribution: Distribution, zenith: float) -> float:
@@ -93,12 +96,15 @@ def horizontal(distribution: Distribution, zenith: float) -> float:
     return float((values.mean(axis=1) * sine[:, 0] * cosine[:, 0]) @ weights * np.pi**2 / 2)
 
 
-def _gradation_and_scattering(a, b, c, d, e, *, lowered=False):
-    """(1 + a exp(b / sin elevation)) (1 + c exp(d angle) + e cos^2 angle); ``lowered`` by c exp(d pi/2)."""
-    offset = c * np.exp(d * np.pi / 2) if lowered else 0.0
+def _uniform(sine, angle):
+    return np.ones_like(sine)
 
-    def relative(sine, angle):
-        gradation = 1 + a * np.exp(b / np.maximum(sine, LOWEST))
-        return np.maximum(gradation * (1 + c * np.exp(d * angle) - offset + e * np.cos(angle) ** 2), 0)
 
-    return relative
+def _cie_overcast(sine, angle):
+    return (1 + 2 * sine) / 3
+
+
+def _gradation_and_scattering(sine, angle, *, a, b, c, d, e, offset=0.0):
+    """(1 + a exp(b / sin elevation)) (1 + c exp(d angle) - ``offset`` + e cos^2 angle), at least 0."""
+    gradation = 1 + a * np.exp(b / np.maximum(sine, LOWEST))
+    return np.maximum(gradation * (1 + c * np.exp(d * angle) - offset + e * np.cos(angle) ** 2), 0)
