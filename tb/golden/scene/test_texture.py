@@ -41,6 +41,20 @@ def test_the_whole_picture_has_its_linear_mean():
     assert texture.means(triangles((3, -2), 2)).mean(axis=0) == pytest.approx(mean, rel=0.05)
 
 
+@pytest.mark.parametrize("period", [3, 8])
+@pytest.mark.parametrize(("texels", "repeats"), [
+    *((None, count) for count in (16, 64, 100, 127, 128, 192, 256, 384, 1000, 2**20)), (128, 1), (1024, 1), (1024, 64)])
+def test_lines_count_with_their_share_of_the_area_however_often_they_repeat(period, texels, repeats):
+    """Black lines, a texel wide, at one of the four borders of each period; the picture has ``texels``, or a period."""
+    tile = np.full((period, period, 3), 255, dtype=np.uint8)
+    tile[0] = tile[:, 0] = 0
+    count = period * ((texels or 1) // period or 1)
+    for turn in range(4):
+        picture = np.tile(np.rot90(tile, turn), (count // period, count // period, 1))
+        means = Texture(Image.fromarray(picture)).means(triangles((0.0, 0.0), repeats))
+        assert means.mean(axis=0) == pytest.approx(np.full(3, (1 - 1 / period)**2), abs=3 * 0.004)
+
+
 @pytest.mark.parametrize(("kind", "colour"), [("repeat", RED), ("clamp", GREEN), ("mirror", GREEN)])
 def test_outside_of_a_picture_its_wrap_counts(kind, colour):
     means = Texture(ATLAS, wrap=(kind, "repeat")).means(triangles((1, 0.5)))
