@@ -4,8 +4,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-__all__ = ["FLAT", "SharedEdges", "coplanar", "corner_numbers", "corner_sets", "inside_out", "patch_normals",
-           "rounded_sine", "shared_edges", "smooth_numbers", "surface_numbers"]
+__all__ = ["FLAT", "ROUNDING", "SharedEdges", "coplanar", "corner_numbers", "corner_sets", "inside_out",
+           "patch_normals", "rounded_sine", "shared_edges", "smooth_numbers", "surface_numbers"]
 
 FLAT = 1e-5
 """Largest sine of the angle between two coplanar patches, for exact coordinates."""

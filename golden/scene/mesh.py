@@ -10,7 +10,7 @@ from golden.base.input_warnings import warn
 from golden.scene.adjacency import corner_sets, inside_out, patch_normals, smooth_numbers, surface_numbers
 from golden.scene.face_normals import area_vectors
 from golden.scene.material import Material
-from golden.scene.polygons import cut_polygon, merge_triangles, split_nonplanar
+from golden.scene.polygons import crosses_itself, cut_polygon, merge_triangles, split_nonplanar
 from golden.scene.scene import Scene
 from golden.scene.textures import Textures
 
@@ -135,10 +135,10 @@ def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
         chosen = np.flatnonzero(counts == count)
         patches.append(mesh.points[mesh.corners[starts[chosen, None] + picks]])
         faces.append(chosen)
-    repeats = (patches[1] == np.roll(patches[1], 1, axis=1)).all(axis=2).any(axis=1)
-    by_hand = np.concatenate((faces[1][repeats], np.flatnonzero(counts > 4)))
-    patches[1], parents = split_nonplanar(patches[1][~repeats])
-    faces[1] = faces[1][~repeats][parents]
+    no_quad = (patches[1] == np.roll(patches[1], 1, axis=1)).all(axis=2).any(axis=1) | crosses_itself(patches[1])
+    by_hand = np.concatenate((faces[1][no_quad], np.flatnonzero(counts > 4)))
+    patches[1], parents = split_nonplanar(patches[1][~no_quad])
+    faces[1] = faces[1][~no_quad][parents]
     for face in by_hand.tolist():
         try:
             pieces = cut_polygon(mesh.points[mesh.corners[starts[face]:starts[face] + mesh.counts[face]]])

@@ -3,21 +3,26 @@
 A patch is 4 x 3: a planar, strictly convex quadrilateral, or a triangle that repeats its last vertex.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
 
 import mapbox_earcut
 import numpy as np
 
 from golden.base.errors import InputError
-from golden.scene.adjacency import FLAT, coplanar, patch_normals, rounded_sine, shared_edges, surface_numbers
+from golden.scene.adjacency import FLAT, ROUNDING, coplanar, patch_normals, rounded_sine, shared_edges, surface_numbers
 
-__all__ = ["CONVEX", "as_patches", "cut_polygon", "is_convex_quad", "ladder", "merge_triangles", "split_nonplanar"]
+__all__ = ["CONVEX", "as_patches", "crosses_itself", "cut_polygon", "is_convex_quad", "ladder", "merge_triangles",
+           "split_nonplanar"]
 
 CONVEX = 1e-4
 """Least sine of the exterior angle at each corner of a strictly convex quad."""
 
 STRAIGHT = 1e-6
 """Largest sine of the exterior angle of a vertex on a straight side of a polygon."""
+
+SLIVER = 0.01
+"""Height of a half of a quad, over that of the lower half at its other diagonal, up to which it is a sliver."""
 
 SHAPES = 64
 """Steps of skewness between a right angle and a straight one."""
@@ -40,21 +45,39 @@ def _corner_sines(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return sines, rounded_sine(np.abs(quads).max(axis=(1, 2)), lengths.min(axis=1))
 
 
-def _folds(quads: np.ndarray) -> np.ndarray:
-    """N bool: the two triangles on either side of a diagonal are not coplanar, for either diagonal."""
-    folded = np.zeros(len(quads), dtype=bool)
-    reach = np.abs(quads).max(axis=(1, 2))
+def _halves(quads: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """For each diagonal the doubled area vectors of the triangles beside it (N x 3) and the lower one's height (N)."""
     for a, b, c, d in ((0, 1, 2, 3), (1, 2, 3, 0)):
         diagonal = quads[:, c] - quads[:, a]
         one = np.cross(quads[:, b] - quads[:, a], diagonal)
         other = np.cross(diagonal, quads[:, d] - quads[:, a])
-        sizes = np.stack((np.linalg.norm(one, axis=1), np.linalg.norm(other, axis=1)))
-        length, product = np.linalg.norm(diagonal, axis=1), sizes[0] * sizes[1]
+        length = np.linalg.norm(diagonal, axis=1)
+        lower = np.minimum(np.linalg.norm(one, axis=1), np.linalg.norm(other, axis=1))
+        yield one, other, np.divide(lower, length, out=np.zeros_like(length), where=length > 0)
+
+
+def _folds(quads: np.ndarray) -> np.ndarray:
+    """N bool: the two triangles on either side of a diagonal are not coplanar, for either diagonal."""
+    folded = np.zeros(len(quads), dtype=bool)
+    reach = np.abs(quads).max(axis=(1, 2))
+    for one, other, height in _halves(quads):
+        product = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
         sine = np.linalg.norm(np.cross(one, other), axis=1)
         sine = np.divide(sine, product, out=np.ones_like(sine), where=product > 0)
-        height = np.divide(sizes.min(axis=0), length, out=np.zeros_like(length), where=length > 0)
         folded |= sine > FLAT + rounded_sine(reach, height)
     return folded
+
+
+def _heights(quads: np.ndarray) -> np.ndarray:
+    """N x 2: above each diagonal the height of the lower triangle, below 0 if the other's orientation is opposite."""
+    return np.stack([np.copysign(height, np.einsum("ij,ij->i", one, other)) for one, other, height in _halves(quads)],
+                    axis=1)
+
+
+def crosses_itself(quads: np.ndarray) -> np.ndarray:
+    """N bool: the N x 4 x 3 quads are planar, and sides cross by more than the error of rounding to float32."""
+    reach = np.abs(quads).max(axis=(1, 2))
+    return (_heights(quads) < -ROUNDING * reach[:, None]).all(axis=1) & ~_folds(quads)
 
 
 def is_convex_quad(quads: np.ndarray) -> np.ndarray:
@@ -76,7 +99,8 @@ def split_nonplanar(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     ----------
     quads
         N x 4 x 3; triangles (last vertex repeated) pass unchanged. A quad that `is_convex_quad` accepts passes too.
-        Others are cut along the diagonal that gives two triangles of the same orientation; the shorter one if both do.
+        Others are cut along the diagonal that gives two triangles of the same orientation, neither of them a sliver,
+        as at a straight corner; the shorter one if both do.
 
     Returns
     -------
@@ -92,14 +116,9 @@ def split_nonplanar(quads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     first = np.flatnonzero(split) + np.arange(np.count_nonzero(split))
     bad = quads[split]
     lengths = np.linalg.norm(bad[:, [2, 3]] - bad[:, [0, 1]], axis=2)
-    agreement = np.empty_like(lengths)
-    for k in (0, 1):
-        turned = np.roll(bad, -k, axis=1)
-        diagonal = turned[:, 2] - turned[:, 0]
-        halves = (np.cross(turned[:, 1] - turned[:, 0], diagonal), np.cross(diagonal, turned[:, 3] - turned[:, 0]))
-        agreement[:, k] = np.einsum("ij,ij->i", *halves)
-    valid = agreement > 0
-    from_one = np.where(valid[:, 0] == valid[:, 1], lengths[:, 1] < lengths[:, 0], valid[:, 1])
+    heights = _heights(bad)
+    order = np.sign(heights) * (1 + (np.abs(heights) > SLIVER * np.abs(heights).max(axis=1, keepdims=True)))
+    from_one = np.where(order[:, 0] == order[:, 1], lengths[:, 1] < lengths[:, 0], order[:, 1] > order[:, 0])
     turned = np.where(from_one[:, None, None], np.roll(bad, -1, axis=1), bad)
     patches[first] = turned[:, [0, 1, 2, 2]]
     patches[first + 1] = turned[:, [0, 2, 3, 3]]

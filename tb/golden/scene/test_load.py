@@ -136,6 +136,8 @@ BAD = {
     "many without area": ("a.obj", SQUARE + "v 2 0 0\nf 1 2 2\nf 1 2 5\n", ": face 1 and 1 more have no area"),
     "crossed polygon": ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0.5 2 0\nf 1 2 3 4 5\n",
                         ": face 1: polygon: it crosses itself"),
+    "crossed quad": ("a.obj", "v 0 0 0\nv 4 0 0\nv 0 3 0\nv 3.9 3 0\nf 1 2 3 4\n",
+                     ": face 1: polygon: it crosses itself"),
     "no PLY": ("a.ply", "hello\n", ": not a PLY file"),
     "PLY type": ("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\nend_header\n",
                  ":4: 'property quad x' is not a PLY header line"),

@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 
 from golden.base.errors import InputError
 from golden.scene.adjacency import inside_out, patch_normals, shared_edges, smooth_numbers, surface_numbers
-from golden.scene.polygons import as_patches, cut_polygon, is_convex_quad, merge_triangles, split_nonplanar
+from golden.scene.polygons import (
+    as_patches,
+    crosses_itself,
+    cut_polygon,
+    is_convex_quad,
+    merge_triangles,
+    split_nonplanar,
+)
 from tb.lib.schedules import SETTINGS
 
 
@@ -152,6 +159,34 @@ def test_a_dart_is_split_over_the_diagonal_inside_of_it_though_it_is_the_longer_
     patches, _ = split_nonplanar(dart)
     assert patch_normals(patches)[1].sum() == pytest.approx(patch_normals(dart)[1][0])
     assert (patch_normals(patches)[0][:, 2] > 0).all()
+
+
+@pytest.mark.parametrize("digits", [None, 6, 5])
+@pytest.mark.parametrize("turn", range(4))
+def test_a_quad_with_a_straight_corner_is_not_cut_into_a_sliver_at_it(digits, turn):
+    """The corner stands anywhere on its side, but for the rounding of its coordinates."""
+    random = np.random.default_rng(turn)
+    quads = np.zeros((3000, 4, 3))
+    quads[:, 1, 0], quads[:, 2, 0] = random.uniform(0.05, 0.95, 3000), 1
+    quads[:, 3, :2] = random.uniform((-1, 0.3), (2, 3), (3000, 2))
+    quads = np.roll(quads @ rotation(turn).T + random.normal(size=(3000, 1, 3)), turn, axis=1)
+    patches, parent = split_nonplanar(quads if digits is None else quads.round(digits))
+    areas = patch_normals(patches)[1]
+    assert (areas > 1e-3 * np.bincount(parent, areas)[parent]).all()
+
+
+@settings(SETTINGS, max_examples=300)
+@given(corners=st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=4, max_size=4, unique=True),
+       seed=st.integers(0, 99))
+def test_a_quad_crosses_itself_if_two_of_its_sides_do(corners, seed):
+    def side(one, other, point):
+        return np.sign((other[0] - one[0]) * (point[1] - one[1]) - (other[1] - one[1]) * (point[0] - one[0]))
+
+    a, b, c, d = corners
+    expected = any(side(p, q, r) * side(p, q, s) == side(r, s, p) * side(r, s, q) == -1
+                   for p, q, r, s in ((a, b, c, d), (b, c, d, a)))
+    quads = np.array([[(*corner, 0) for corner in corners]], dtype=float) @ rotation(seed).T
+    assert crosses_itself(quads).tolist() == [expected]
 
 
 def test_triangles_pass_the_split_unchanged():
