@@ -154,9 +154,17 @@ def _cut(mesh: Mesh, where: str) -> tuple[np.ndarray, np.ndarray]:
 def _without_duplicates(patches: np.ndarray, face: np.ndarray, mesh: Mesh):
     """Patches without those in the place of an earlier one, their faces, the face on the back of each or -1, and sides.
 
-    Of each place the first patch counts, and the first one that faces the other way if both materials are opaque.
+    Of each place the first patch counts, and the first one that faces the other way if both materials are opaque and
+    they or their pictures differ.
     """
     material = mesh.material[face]
+
+    def differ(one, other):
+        result = material[one] != material[other]
+        if mesh.textures is not None:
+            result |= ~mesh.textures.alike(face[one], face[other], patches[one])
+        return result
+
     one_sided = mesh.one_sided[material]
     _, first, place = np.unique(corner_sets(patches), axis=0, return_index=True, return_inverse=True)
     place = place.reshape(-1)
@@ -166,14 +174,14 @@ def _without_duplicates(patches: np.ndarray, face: np.ndarray, mesh: Mesh):
         opposite = np.flatnonzero(np.einsum("ij,ij->i", normals, normals[first][place]) < 0)
         behind[place[opposite[::-1]]] = opposite[::-1]  # of several values the last one stays
         is_opaque = np.array([not any(it.transparent) for it in mesh.materials])[material]
-        is_pair = (behind >= 0) & (material[behind] != material[first]) & is_opaque[behind] & is_opaque[first]
+        is_pair = (behind >= 0) & differ(behind, first) & is_opaque[behind] & is_opaque[first]
         one_sided[first[behind >= 0]] = is_pair[behind >= 0]
         behind[~is_pair] = -1
         facing = first[place]
         facing[opposite] = np.where(is_pair, behind, first)[place[opposite]]
-        others = int((material != material[facing]).sum())
+        others = int(differ(np.arange(len(patches)), facing).sum())
         if others:
-            warn(f"not used: faces in the place of an earlier one of another material ({others})")
+            warn(f"not used: faces in the place of an earlier one of another material or picture ({others})")
     order = np.argsort(first)
     kept, behind = first[order], behind[order]
     return patches[kept], face[kept], np.where(behind < 0, -1, face[behind]), one_sided[kept]
@@ -193,7 +201,8 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     Faces become patches: polygons are cut (`cut_polygon`), non-planar quads split (`split_nonplanar`), and if the mesh
     has triangles only, those that are the halves of a quad, in their texture coordinates too, are merged
     (`merge_triangles`). Faces with the corners of an earlier one, in any rotation, are dropped; if one faced the other
-    way, the first becomes two-sided, or, if the two are of different opaque materials, both are kept and one-sided.
+    way, the first becomes two-sided, or, if the two are of different opaque materials or pictures, both are kept and
+    one-sided.
     Patches of one material that are connected by edges are one surface if they are coplanar, and one smooth group if
     their angle is below `CREASE`; patches back to back are one surface. Closed bodies that refract are oriented so that
     their fronts face outwards.
@@ -214,7 +223,8 @@ def mesh_scene(mesh: Mesh, *, name: str, where: str, **properties) -> Scene:
     Warns
     -----
     InputWarning
-        Faces without area are left out, and faces in the place of an earlier one of another material.
+        Faces without area are left out, and faces in the place of an earlier one of another material or
+        picture.
     """
     _check_corners(mesh, where)
     patches, face = _cut(mesh, where)

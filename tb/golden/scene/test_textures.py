@@ -145,6 +145,32 @@ def test_halves_on_which_the_picture_is_turned_differently_stay_two_patches(tmp_
     assert found == pytest.approx(picture().at(np.array([(2 / 3, 0.5), (2 / 3, 0.5)])), abs=1e-9)
 
 
+@pytest.mark.parametrize("halves", [False, True])
+@pytest.mark.parametrize("turn", range(4))
+@pytest.mark.parametrize("order", [(1, 2, 3, 4), (3, 2, 1, 4)])
+def test_two_faces_back_to_back_show_their_own_pictures(tmp_path, order, turn, halves):
+    """The front has the corners 1 to 4 at the coordinates 1 to 4; at equal ones the back is that of the front."""
+    corners = (3, 2, 1, 4)
+    sides = [list(zip(range(1, 5), range(1, 5), strict=True)), list(zip(corners, np.roll(order, turn), strict=True))]
+    faces = [side[:1] + side[k:k + 2] for side in sides for k in (1, 2)] if halves else sides
+    scene = painted(tmp_path, "".join(f"f {' '.join(f'{v}/{vt}' for v, vt in face)}\n" for face in faces))
+    is_alike = (order, turn) == (corners, 0)
+    assert len(scene) == (1 if is_alike else 2)
+    assert scene.two_sided.tolist() == ([True] if is_alike else [False, False])
+    position, uv = np.array([(0.4, 0.3, 0.0)]), np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+    for patch, side in enumerate(sides[:len(scene)]):
+        at = dict(side)
+        origin, along, across = (uv[at[corner] - 1] for corner in (1, 2, 4))
+        expected = picture().at((origin + 0.4 / 3 * (along - origin) + 0.3 / 2 * (across - origin))[None])
+        found = scene.channels("diffuse")[[patch]] * scene.textures.ratio(np.array([patch]), position)
+        assert found == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_face_in_the_place_of_one_with_another_picture_is_named(tmp_path):
+    with pytest.warns(InputWarning, match=r"in the place of an earlier one of another material or picture \(1\)$"):
+        assert len(painted(tmp_path, "f 1/1 2/2 3/3 4/4\nf 1/1 2/2 3/3 4/4\nf 1/3 2/4 3/1 4/2\n")) == 1
+
+
 def test_halves_of_a_flat_quad_whose_picture_is_bent_stay_two_patches(tmp_path):
     text = "vt 0.7 0.7\n"
     assert len(painted(tmp_path, text + "f 1/1 2/2 3/5\nf 1/1 3/5 4/4\n")) == 2

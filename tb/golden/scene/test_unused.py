@@ -119,7 +119,7 @@ FILES = {
     "again.obj": ("mtllib b.mtl c.mtl\nusemtl b\n" + FACE,
                   "not used: material of a further library with the name of an earlier one"),
     "doubled.obj": ("mtllib b.mtl\nusemtl b\n" + SQUARE + "f 1 2 3 4\nusemtl c\nf 2 3 4 1\n",
-                    "not used: faces in the place of an earlier one of another material (1)"),
+                    "not used: faces in the place of an earlier one of another material or picture (1)"),
     "edges.ply": (HEXAGON.replace(b"end_header", b"element edge 1\nproperty int a\nend_header") + b"7\n",
                   "not used: element edge"),
     "quality.ply": (ply(ELL, [tuple(range(6))], vertex_colours=[(1, 2, 3)] * 6).replace(b"uchar red", b"uchar alpha"),
