@@ -115,7 +115,7 @@ class _Text:
             kinds, ends.tolist(), strict=True)]
 
     def peek(self, kind: str, skip: list[Kind]) -> int:
-        """The value after the next ones, which are of the types ``skip``."""
+        """The value after the next ones, which are of the types ``skip``; ValueError if it is not whole."""
         position = self.position + sum(length for _, length in skip)
         if position >= len(self._words):
             raise EOFError
@@ -147,12 +147,15 @@ class _Binary:
         return [table[name] for name in dtype.names]
 
     def peek(self, kind: str, skip: list[Kind]) -> int:
-        """The value after the next ones, which are of the types ``skip``."""
+        """The value after the next ones, which are of the types ``skip``; ValueError if it is not whole."""
         offset = self.position + self._dtype(skip).itemsize
         item = np.dtype(self._order + kind)
         if offset + item.itemsize > len(self._data):
             raise EOFError
-        return int(np.frombuffer(self._data, item, 1, offset)[0])
+        value = np.frombuffer(self._data, item, 1, offset)[0]
+        if value != int(value):
+            raise ValueError
+        return int(value)
 
 
 def _typed(values: np.ndarray, kind: str) -> np.ndarray:

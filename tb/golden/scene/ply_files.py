@@ -53,7 +53,7 @@ def _others(draw, prefix):
     found = []
     for number in range(draw(st.integers(0, 2))):
         kind = draw(st.sampled_from(sorted(_CODES)))
-        length = draw(st.sampled_from((None, *sorted(_INTEGERS))))
+        length = draw(st.sampled_from((None, *sorted(_CODES))))
         found.append((f"{prefix}{number}", kind, length))
     return found
 
@@ -101,7 +101,7 @@ def ply_files(draw) -> PlyFile:
     strips = draw(st.lists(st.lists(st.integers(-1, len(points) - 1), max_size=7), max_size=4))
     vertex = draw(st.permutations([*zip("xyz", coordinates, (None,) * 3, strict=True), *draw(_others("v"))]))
     corner = draw(st.sampled_from(("vertex_indices", "vertex_index")))
-    face = [(corner, draw(st.sampled_from(sorted(_INTEGERS))), draw(st.sampled_from(sorted(_INTEGERS)))),
+    face = [(corner, draw(st.sampled_from(sorted(_INTEGERS))), draw(st.sampled_from(sorted(_CODES)))),
             *draw(_others("f"))]
     # Colours of faces are used where all triangles are faces.
     colour_kind, colours = draw(st.sampled_from((None, *sorted(_CODES)))) if not strips else None, []

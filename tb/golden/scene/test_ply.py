@@ -1,5 +1,7 @@
 """PLY files in every dialect that their definition allows."""
 
+import struct
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -80,3 +82,16 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(place, examples):
         message = refusal(place)
         assert message is None or (message.startswith(str(place)) and "\n" not in message)
     refuses()
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
+@pytest.mark.parametrize(("name", "code"), [("float", "f"), ("double", "d")])
+@pytest.mark.parametrize("length", [3.5, 2.75, 0.25, np.nan, np.inf])
+def test_the_length_of_a_list_is_a_whole_number(place, kind, name, code, length):
+    head = (f"ply\nformat {kind} 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+            f"element face 2\nproperty list {name} int vertex_indices\nend_header\n").encode()
+    order = ">" if "big" in kind else "<"
+    rows = b"".join([struct.pack(order + "9f", 0, 0, 0, 1, 0, 0, 0, 1, 0), struct.pack(order + code + "3i", 3, 0, 1, 2),
+                     struct.pack(order + code + "3i", length, 2, 1, 0)])
+    place.write_bytes(head + (f"0 0 0 1 0 0 0 1 0 3 0 1 2 {length} 2 1 0".encode() if kind == "ascii" else rows))
+    assert refusal(place) == f"{place}: a value in its face rows is not a number of its type"
