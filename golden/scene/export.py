@@ -1,5 +1,6 @@
 """Scenes written to files."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -174,8 +175,8 @@ def _mtl(material: Material, name: str) -> str:
 
 def _obj(scene: Scene, path: Path) -> None:
     points, corners = _indexed(scene, rotation_between(scene.up, Y_UP))
-    # Blanks end a name for other readers; numbers distinguish equal names.
-    names = [f"{number}_{'_'.join(material.name.split())}".replace("#", "_") for number, material in
+    # For other readers blanks end a name, and a backslash continues its line; numbers distinguish equal names.
+    names = [re.sub(r"#|\\$", "_", f"{number}_{'_'.join(material.name.split())}") for number, material in
              enumerate(scene.materials)]
     library = path.with_suffix(".mtl")
     check_text_name(library)

@@ -26,9 +26,10 @@ __all__ = ["read_obj"]
 
 # Creases decide about smoothness (`golden.scene.mesh.mesh_scene`); groups are names.
 SKIPPED = ("g", "o", "s")
-# Statements of names, which may hold any character; in the others # begins a comment.
-GROUPS = ("g", "o")
-NAMED = ("usemtl", "mtllib", *GROUPS)
+# Statements of one name, which may hold any character and end in a backslash; mtllib may be continued in the next line.
+# In the other statements # begins a comment.
+NAMES = ("usemtl", "g", "o")
+NAMED = ("mtllib", *NAMES)
 
 
 def _statements(lines: list[str]) -> Iterator[tuple[int, str, str]]:
@@ -41,10 +42,9 @@ def _statements(lines: list[str]) -> Iterator[tuple[int, str, str]]:
             if is_comment or "".join(parts[:1] or line).split(None, 1)[0] not in NAMED:
                 text = re.split(r"(?:^|\s)#", line, maxsplit=1)[0]
                 continues = is_comment and bool(parts) and number < len(lines)  # it stands within a statement
-        if text is line and "\\" in line and line.rstrip().endswith("\\"):
-            # The name of a group is often a folder's; it is not used, but the next line is.
-            is_group = not parts and line.split(None, 1)[0] in GROUPS
-            text, continues = line.rstrip()[:-1], not is_group and number < len(lines)
+        if text is line and "\\" in line and line.rstrip().endswith("\\") and (
+                parts or line.split(None, 1)[0] not in NAMES):
+            text, continues = line.rstrip()[:-1], number < len(lines)
         if parts or (text and not text.isspace()):
             parts.append(text)
         if parts and not continues:

@@ -19,7 +19,7 @@ __all__ = ["DAMAGES", "DIALECTS", "DialectFile", "damaged", "encoded"]
 
 SHAPES = (((0, 0), (1, 0), (1, 1), (0, 1)), ((0, 0), (1, 0), (0, 1)), ((0, 0), (2, 0), (1.5, 1), (0.5, 1)))
 NAMES = ("Material #25", "Material #26", "Tür", "Tör", "a b", "a", "#1", "C:\\wall", "don't", "壁", "床", "K\u2028x",
-         "d…")
+         "d…", "wall\\")
 FORMS = st.sampled_from(("{:g}", "{:.3f}", "{:+.4e}", "{:.5E}"))
 BLANKS = st.sampled_from((" ", "  ", "\t", " \t "))
 

@@ -80,8 +80,9 @@ def scenes(draw):
               DirectionalLight(direction=direction, irradiance=(8, 4, 2)))
     # In no direction of an up.
     camera = Camera(eye=draw(PLACE), target=(9, 8, 7), up=(1, -2, 3), fov=33)
+    names = st.sampled_from(("m", "m\\", "m\\ #", "a b\\"))
     return Scene(name="drawn", vertices=vertices, material=np.arange(count), up=tuple(map(float, up)),
-                 materials=tuple(replace(draw(materials()), name=f"m{number}") for number in range(count)),
+                 materials=tuple(replace(draw(materials()), name=draw(names)) for _ in range(count)),
                  two_sided=[draw(st.booleans()) for _ in range(count)], camera=camera, lights=lights)
 
 
