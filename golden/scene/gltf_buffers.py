@@ -48,7 +48,7 @@ class GltfBuffers:
     Raises
     ------
     InputError
-        A further file is outside of the file's folder, or not a regular file.
+        A further file is outside of the file's folder or not a regular file, or its name is none.
     """
 
     def __init__(self, tree: dict, path: Path, chunk: bytes):
@@ -58,7 +58,11 @@ class GltfBuffers:
         self.files = tuple(self._beside(part["uri"]) for name in ("buffers", "images") for part in tree.get(name, ())
                            if "uri" in part and not part["uri"].startswith("data:"))
         for file in self.files:
-            if not file.resolve().is_relative_to(self._folder.resolve()):
+            try:
+                is_beside = file.resolve().is_relative_to(self._folder.resolve())
+            except ValueError as error:  # a zero byte, or half of a surrogate pair
+                raise InputError(f"{str(file)!r} cannot be read ({error})") from error
+            if not is_beside:
                 raise InputError(f"{file} is not read: it is outside of the file's folder")
             check_regular(file)
 
