@@ -163,6 +163,8 @@ def _glb(scene: Scene, path: Path) -> None:
 def _mtl(material: Material, name: str) -> str:
     diffuse, transparent = np.array(material.diffuse), np.array(material.transparent)
     transmitted = float(transparent.max())
+    if transmitted == 1 and diffuse.any():
+        transmitted -= 2.0**-10  # a d of 0 would be that of all channels, and Kd count in none
     is_mirror, bends = max(material.specular) > 0, material.refraction_index > 1 and not material.thin
     illum = (6 if bends else 4) if transmitted else (3 if is_mirror else 1)
     lines = [f"newmtl {name}", f"Kd {_numbers(diffuse / (1 - transmitted) if transmitted < 1 else diffuse)}",
