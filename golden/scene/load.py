@@ -1,5 +1,6 @@
 """Scenes from files."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from golden.base.errors import InputError
@@ -94,7 +95,7 @@ def load_scene(path, *, facets: bool = False) -> Scene:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
     for message in caught:
         warn(f"{path}: {_clipped(message, LONGEST)}")
-    return scene
+    return replace(scene, files=(path, *scene.files))
 
 
 def _clipped(text, length):

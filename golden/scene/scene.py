@@ -60,7 +60,7 @@ class Scene:
     textures
         Pictures on the patches, or None.
     files
-        Libraries, buffers and pictures that its file names and that were read.
+        The file that it was read from, and the libraries, buffers and pictures that this names and that were read.
 
     Raises
     ------

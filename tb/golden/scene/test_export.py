@@ -132,6 +132,27 @@ def test_a_drawn_scene_comes_back_with_all_that_its_format_holds(tmp_path_factor
         assert (back.lights[1].cone.inner, back.lights[1].cone.outer) == pytest.approx((10, 30))
 
 
+@pytest.mark.parametrize("suffix", [".glb", ".obj"])
+@pytest.mark.parametrize("channel", range(3))
+def test_a_channel_that_transmits_all_leaves_the_others_their_shares(tmp_path, channel, suffix):
+    transparent, diffuse = np.eye(3)[channel], 0.5 * (1 - np.eye(3)[channel])
+    scene = squares([Material(name="it", diffuse=tuple(diffuse), transparent=tuple(transparent), refraction_index=1.0)])
+    export_scene(scene, tmp_path / f"a{suffix}")
+    back = load_scene(tmp_path / f"a{suffix}")
+    for share in SHARES:
+        np.testing.assert_allclose(back.channels(share), scene.channels(share), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_scene_is_not_written_over_the_file_that_it_was_read_from(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    export_scene(squares(MATERIALS), path)
+    before = path.read_bytes()
+    with pytest.raises(InputError, match="it is the input"):
+        export_scene(load_scene(path), path)
+    assert path.read_bytes() == before
+
+
 def test_only_materials_that_gltf_cannot_say_carry_their_exact_shares(tmp_path):
     export_scene(squares(MATERIALS), tmp_path / "a.glb")
     tree, _ = split_glb((tmp_path / "a.glb").read_bytes())

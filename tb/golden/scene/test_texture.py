@@ -1,4 +1,5 @@
 import io
+import re
 
 import numpy as np
 import pytest
@@ -221,6 +222,14 @@ def test_a_file_outside_of_the_folder_of_a_gltf_is_refused(tmp_path):
     assert refusal(path) == f"{path}: {tmp_path / 'b' / '..' / 'a.bin'} is not read: it is outside of the file's folder"
 
 
+@pytest.mark.parametrize("kind", ["buffers", "images"])
+@pytest.mark.parametrize(("uri", "reason"), [("a\0b", "embedded null byte"), ("a\ud800b", "surrogates not allowed"),
+                                             ("a%00b", "embedded null byte")])
+def test_a_name_that_no_file_can_have_is_refused(tmp_path, kind, uri, reason):
+    path = gltf(tmp_path, **{kind: [{"byteLength": 1, "uri": uri}]})
+    assert re.fullmatch(rf"{path}: '.*' cannot be read \(.*{reason}\)", refusal(path))
+
+
 @pytest.mark.parametrize(("sampler", "colour"), [
     ({}, RED), ({"wrapS": 33071}, GREEN), ({"wrapT": 33071}, BLUE), ({"wrapS": 33071, "wrapT": 33071}, WHITE)])
 def test_each_side_of_a_texture_of_gltf_has_its_wrap(tmp_path, sampler, colour):
@@ -254,4 +263,5 @@ def test_an_image_is_not_written_over_a_texture(tmp_path):
     result = run("render", path, "--sky", "1,1,1", "-o", tmp_path / "atlas.png")
     assert (result.exit_code, result.stderr) == (2, f"error: output {str(tmp_path / 'atlas.png')!r}: it is the input\n")
     assert (tmp_path / "atlas.png").read_bytes() == before
-    assert load_scene(picture_file(tmp_path, ATLAS)).files == (tmp_path / "uv.bin", tmp_path / "picture.png")
+    assert load_scene(picture_file(tmp_path, ATLAS)).files == (
+        tmp_path / "a.glb", tmp_path / "uv.bin", tmp_path / "picture.png")
