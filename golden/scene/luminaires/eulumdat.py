@@ -14,10 +14,14 @@ __all__ = ["read_eulumdat"]
 _SYMMETRY, _PLANES, _GAMMAS, _LENGTH, _WIDTH, _FACTOR, _TILT, _SETS = 2, 3, 5, 15, 16, 23, 24, 25
 _HEIGHTS = range(17, 21)
 _SET, _RATIOS, _MOST_SETS = 6, 10, 20
+# By symmetry the C planes at which the intensities begin or end and the light is mirrored, beside C0.
+_CENTRES = {2: (180,), 3: (90, 270), 4: (90,)}
 
 
 def read_eulumdat(data: bytes) -> PhotometryFile:
     """The photometry of an EULUMDAT text. Commas are decimal points.
+
+    The planes of symmetry are among the C planes, as many of these on either side.
 
     Intensities per 1000 lumens are multiplied by the conversion factor and by the flux of the first set of lamps. C90
     is along the luminaire's length.
@@ -54,8 +58,13 @@ def read_eulumdat(data: bytes) -> PhotometryFile:
     first = _SETS + 1 + _SET * sets + _RATIOS
     words = Words(lines[first:], first + 1, commas=".")
     angles = words.numbers(count, "C angles")
-    gamma = words.numbers(gammas, "G angles")
     given = {0: count, 1: 1, 2: count // 2 + 1, 3: count // 2 + 1, 4: count // 4 + 1}[symmetry]
+    for centre in _CENTRES.get(symmetry, ()):
+        plane = count * centre // 360
+        if angles[plane] != centre:
+            raise InputError(f"line {words.line(plane)}: C angle {plane + 1} of {count} must be {centre} with symmetry "
+                             f"{symmetry}, not {angles[plane]:g}")
+    gamma = words.numbers(gammas, "G angles")
     values = words.numbers(given * gammas, "intensities").reshape(given, gammas)
     unused = Unused()
     unused.add("sets of lamps beside the first", sets - 1)

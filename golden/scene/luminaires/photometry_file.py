@@ -86,10 +86,13 @@ class Words:
         """The next number, which is whole and 1 to `MOST_ANGLES`."""
         value = self.number(what)
         if value != int(value) or not 1 <= value <= MOST_ANGLES:
-            line = self._words[self._next - 1][1]
-            raise InputError(f"line {line}: {what.capitalize()} must be a whole number of 1 to {MOST_ANGLES}, not "
-                             f"{value:g}")
+            raise InputError(f"line {self.line(self._next - 1)}: {what.capitalize()} must be a whole number of 1 to "
+                             f"{MOST_ANGLES}, not {value:g}")
         return int(value)
+
+    def line(self, place: int) -> int:
+        """The line of the number at a place, from 0."""
+        return self._words[place][1]
 
     def numbers(self, count: int, what: str) -> np.ndarray:
         """The next ``count`` numbers."""

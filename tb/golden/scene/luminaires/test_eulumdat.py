@@ -40,6 +40,26 @@ def test_symmetric_lights_are_completed_with_any_lamps_and_factors_in_every_dial
     completes()
 
 
+@pytest.mark.parametrize("count", [4, 8, 24])
+@pytest.mark.parametrize(("symmetry", "centres", "given"), [(2, {180}, 1 / 2), (3, {90, 270}, 1 / 2), (4, {90}, 1 / 4)])
+def test_a_light_is_mirrored_at_a_plane_that_is_given(count, symmetry, centres, given):
+    """The C angles are evenly spaced but for one."""
+    even, candela = np.arange(count) * 360 / count, np.ones((int(count * given) + 1, 3))
+    for moved in range(1, count):
+        planes = even + (np.arange(count) == moved) * 90 / count
+        text = eulumdat(symmetry=symmetry, planes=planes.tolist(), candela=candela).encode()
+        if even[moved] in centres:
+            with pytest.raises(InputError, match=rf"^line {43 + moved}: C angle {moved + 1} of {count} must be "
+                                                 rf"{even[moved]:g} with symmetry {symmetry}, not {planes[moved]:g}$"):
+                read_eulumdat(text)
+        else:
+            found = read_eulumdat(text).planes
+            assert (np.diff(found) > 0).all()
+            assert (found[0], found[-1], len(found)) == (0, 360, count + 1)
+            axis = 180 if symmetry == 3 else 360
+            assert np.isin((axis - found) % 360, found % 360).all()
+
+
 @pytest.mark.parametrize(("size", "opening", "is_round"), [
     ((1200, 600), (0.6, 1.2), False), ((600, 600), (0.6, 0.6), False), ((300, 0), (0.3, 0.3), True),
     ((0, 0), (0, 0), True)])
