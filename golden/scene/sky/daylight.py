@@ -96,7 +96,8 @@ class Daylight:
         Warns
         -----
         InputWarning
-            A uniform sky has a sun without an illuminance: it changes nothing.
+            A uniform sky has a sun without an illuminance, or a sun with one is not above the horizon: it changes
+            nothing.
         """
         axes = compass(scene.up, self.north)
         up = axes[2]
@@ -106,6 +107,8 @@ class Daylight:
         if self.sky == "uniform" and self.sun is not None and self.sun_illuminance is None:
             warn("daylight: the sun is not used: with sky uniform it shines only if its illuminance is given")
         if sine <= 0:
+            if direct:
+                warn(f"daylight: the sun is not used: it is not above the horizon, but at {self.sun[1]:.4g} degrees")
             direct = 0.0
         horizontal = diffuse + direct * sine
         sky = Sky(distribution=self._distribution(), diffuse=diffuse / efficacy, up=up, sun=toward,

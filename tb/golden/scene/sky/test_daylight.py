@@ -1,3 +1,6 @@
+from contextlib import nullcontext
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,10 +63,15 @@ def test_a_sun_that_changes_nothing_is_named():
     assert len(Daylight(sun=(0, 30), sun_illuminance=1.0).scene(SCENE, 1.0).lights) == 1
 
 
+@pytest.mark.parametrize("sky", ["uniform", "cie-overcast"])
 @pytest.mark.parametrize(("elevation", "shines"), [(-5, False), (-1e-9, False), (0, False), (1e-6, True), (90, True)])
-def test_a_sun_below_or_on_the_horizon_does_not_shine(elevation, shines):
-    lit = Daylight(sky="uniform", sun=(0, elevation), sun_illuminance=200.0).scene(SCENE, 1.0)
+def test_a_sun_below_or_on_the_horizon_does_not_shine(elevation, shines, sky):
+    daylight = Daylight(sky=sky, sky_illuminance=10_000.0, sun=(0, elevation), sun_illuminance=200.0)
+    with nullcontext() if shines else pytest.warns(InputWarning, match="the sun is not used: it is not above the hor"):
+        lit = daylight.scene(SCENE, 1.0)
     assert len(lit.lights) == shines
+    # Without an illuminance nothing is lost, and a warning would be an error.
+    replace(daylight, sun_illuminance=0.0).scene(SCENE, 1.0)
     level = 10_000 + 200 * max(0, np.sin(np.radians(elevation)))
     np.testing.assert_allclose(lit.background.radiance(-np.eye(3)[2:]), 0.2 * level / np.pi)
 
