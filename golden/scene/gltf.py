@@ -106,11 +106,13 @@ def _add_lengths(rotations, unused: Unused) -> None:
 def _view(tree: dict, unused: Unused) -> dict:
     """Camera and lights of the scene, as `Scene` takes them."""
     _add_lengths([node["rotation"] for node in tree.get("nodes", ()) if "rotation" in node], unused)
-    camera, found = None, []
+    camera, found, placed = None, [], []
     lights = tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
     for node, matrix in _walk(tree):
         number = node.get("camera")
         lens = None if number is None else tree["cameras"][number].get("perspective")
+        if lens is not None:
+            placed.append(number)
         if camera is None and lens is not None:
             eye, back = matrix[:3, 3], matrix[:3, 2]
             camera = Camera(eye=tuple(eye), target=tuple(eye - back / np.linalg.norm(back)), up=tuple(matrix[:3, 1]),
@@ -119,6 +121,7 @@ def _view(tree: dict, unused: Unused) -> dict:
         light = None if number is None else _light(lights[number], matrix, unused)
         if light is not None:
             found.append(light)
+    unused.add("further places of a camera", len(placed) - len(set(placed)))
     return {"camera": camera, "lights": tuple(found)}
 
 

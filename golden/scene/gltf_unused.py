@@ -49,6 +49,8 @@ def unused_of(tree: dict) -> Unused:
         unused.add(f"extension {name}", name not in USED)
     for primitive in primitives:
         unused.add("points and lines", primitive.get("mode", 4) not in TRIANGLES)
+        unused.add("faces without POSITION", primitive.get("mode", 4) in TRIANGLES
+                   and "POSITION" not in primitive.get("attributes", {}))
         unused.add("morph targets", bool(primitive.get("targets")))
     for light in tree.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", ()):
         unused.add(f"{light.get('type')} light", light.get("type") not in LIGHTS)
@@ -59,9 +61,15 @@ def unused_of(tree: dict) -> Unused:
 
 
 def _add_material(unused: Unused, material: dict) -> None:
-    pbr = material.get("pbrMetallicRoughness", {})
-    strength = material.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1)
+    pbr, extensions = material.get("pbrMetallicRoughness", {}), material.get("extensions", {})
+    strength = extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1)
     unused.add("negative emissiveStrength", strength < 0)
+    unused.add("negative emissiveFactor", min(material.get("emissiveFactor", (0,))) < 0)
+    unused.add("negative thicknessFactor", extensions.get("KHR_materials_volume", {}).get("thicknessFactor", 0) < 0)
+    unused.add("ior below 1", extensions.get("KHR_materials_ior", {}).get("ior", 1) < 1)
+    for name, part in (("metallicFactor", pbr), ("roughnessFactor", pbr),
+                       ("transmissionFactor", extensions.get("KHR_materials_transmission", {}))):
+        unused.add(f"{name} beyond 0 to 1", not 0 <= part.get(name, 0) <= 1)
     colour = pbr.get("baseColorFactor", (0,))
     unused.add("baseColorFactor beyond 0 to 1", min(colour) < 0 or max(colour) > 1)
     _add_gloss(unused, material, pbr)
@@ -69,7 +77,7 @@ def _add_material(unused: Unused, material: dict) -> None:
         unused.add(name, name in material)
     unused.add("metallicRoughnessTexture", "metallicRoughnessTexture" in pbr)
     unused.add("alphaMode MASK", material.get("alphaMode") == "MASK")
-    for name, extension in material.get("extensions", {}).items():
+    for name, extension in extensions.items():
         for member in extension if name in USED and isinstance(extension, dict) else ():
             unused.add(f"{name}.{member}", member not in USED[name])
 

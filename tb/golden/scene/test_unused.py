@@ -36,6 +36,20 @@ TREES = {
     "negative": ({"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0, 2, 0, 1], "metallicFactor": 0},
                                  "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": -1}}}]},
                  "not used: negative emissiveStrength, baseColorFactor beyond 0 to 1"),
+    "places": ({"cameras": [{"perspective": {"yfov": 1}}] * 2, "scenes": [{"nodes": list(range(5))}],
+                "nodes": [{"mesh": 0}, *({"camera": number} for number in (0, 1, 0, 0))]},
+               "not used: cameras beside the first, further places of a camera (2)"),
+    "shapeless": ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}, {"attributes": {}}, {}]}]},
+                  "not used: faces without POSITION (2)"),
+    "beyond": ({"materials": [
+        *({"pbrMetallicRoughness": {"metallicFactor": metal, "roughnessFactor": rough}}
+          for metal, rough in ((-3, 1), (-1e-9, 1), (0, 2), (0, 1))),
+        *({**MATTE, "extensions": {name: {member: value}}} for name, member, value in (
+            ("KHR_materials_ior", "ior", 0.5), ("KHR_materials_ior", "ior", 1),
+            ("KHR_materials_volume", "thicknessFactor", -1), ("KHR_materials_transmission", "transmissionFactor", -1))),
+        {**MATTE, "emissiveFactor": [0, 0, -1]}]},
+               "not used: metallicFactor beyond 0 to 1 (2), roughnessFactor beyond 0 to 1, ior below 1, "
+               "negative thicknessFactor, transmissionFactor beyond 0 to 1, negative emissiveFactor"),
     "materials": ({"materials": [
         {**MATTE, "alphaMode": "MASK", "normalTexture": {"index": 0}, "extensions": EXTENSIONS}]},
                   "not used: normalTexture, alphaMode MASK, KHR_materials_volume.attenuationDistance"),
