@@ -121,6 +121,8 @@ class PlaneFactor(wiring.Component):
         numbers, bits = self._config.numbers, self._bits
         pipeline, item, phase = self._phased(self._second, self._leading)
         width, tag = self._normal_width, self._leading.payload.tag
+        # N has zeros below its own bits where they are fewer than its leading ones.
+        span = max(width - 1, bits)
         terms = [[], []]
         for axis in range(3):
             low, rest = OPERAND, item.normal[axis]
@@ -149,12 +151,12 @@ class PlaneFactor(wiring.Component):
         dropped = pipeline.register(lambda distance, extent: distance <= extent, distance, extent)
 
         (leading,), empty = normalise(pipeline, size, [distance])
-        shifted, short = normalise(pipeline, width - 1, normal)
+        shifted, short = normalise(pipeline, span, normal)
         pipeline.output(self._leading.payload.mantissa, pipeline.combine(
             lambda value: value[-bits:] | (1 << bits - 1), leading))
         # N is in units of 2^-2f and V in units of 2^-3f; the product of N and 1/V has one bit more or less than twice
         # the bits of each.
-        units = numbers.vector_fraction - (2 * bits - 1) + (width - 1) - size
+        units = numbers.vector_fraction - (2 * bits - 1) + span - size
         exponent = pipeline.register(lambda empty, short: units + empty - short, empty, short)
         pipeline.output(tag.exponent, exponent)
         for axis in range(3):

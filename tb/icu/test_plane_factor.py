@@ -13,3 +13,9 @@ class TestPlaneFactor(Bench):
         return Vectors(
             inputs={"i": [{**slot_of(k), "vertices": vertices} for k, vertices in enumerate(rows(given["vertices"]))]},
             expected={"o": [{**slot_of(k), "part": factor_of(given, k)} for k in range(200)]})
+
+
+class TestShortNormals(TestPlaneFactor):
+    """A normal has fewer bits than the leading ones of its factor."""
+
+    changes, variants = {"numbers.vector_fraction": 10, "numbers.mantissa_bits": 24}, [{}]
