@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.engine.config import Config
 from hw.icu.edge_planes import EdgePlanes
 from hw.icu.g2r_transform import G2rTransform
-from hw.icu.icu_formats import IcuFormats
+from hw.icu.icu_formats import PHASES, IcuFormats
 from hw.icu.inverse_distance_bound import InverseDistanceBound
 from hw.icu.ipbb import Ipbb
 from hw.icu.patch_queue import PatchQueue
@@ -37,8 +37,8 @@ class PatchSetup(wiring.Component):
                                                           InverseDistanceBound ----'   SectionClip
 
     Nothing between the first queue and the last one stalls, because a patch enters only with a slot. Where branches
-    join, the earlier one waits in a queue. A patch that cannot be hit (the rays' source, a plane through the origin,
-    seen edge-on) has an empty window.
+    join, the earlier one waits in a queue, which holds all patches that arrive meanwhile. A patch that cannot be hit
+    (the rays' source, a plane through the origin, seen edge-on) has an empty window.
 
     Parameters
     ----------
@@ -94,13 +94,16 @@ class PatchSetup(wiring.Component):
         self._sbb, self._ipbb, self._clip = Sbb(config=config), Ipbb(config=config), SectionClip(config=config)
         self._bound = InverseDistanceBound(config=config)
         before = self._queue.latency + self._transform.latency + self._direction.latency
-        # A register behind the plane factor, whose sinks are far from it and from each other.
-        factor = before + self._vertices.latency + self._factor.latency + 1
+        planes = before + self._directions.latency + self._planes.latency
         seen = before + self._coordinates.latency + self._seen.latency
-        if before + self._directions.latency + self._planes.latency >= seen or seen + self._ipbb.latency >= factor \
-                or seen + self._sbb.latency + self._clip.latency >= factor + self._bound.latency:
-            raise ValueError("Latencies must be such that planes come before coordinates, a screen's window before the "
-                             "plane factor, and the clipped window before the bound")
+        corners = seen + self._ipbb.latency
+        clipped = [seen + block.latency + self._clip.latency - self._bound.latency for block in (self._sbb, self._ipbb)]
+        divided = before + self._vertices.latency + self._factor.latency
+        # The plane factor comes after the windows, through a register at least: its sinks are far from each other.
+        factor = max(divided, corners, *clipped) + 1
+        self._registers = factor - divided
+        # Cycles for which a patch waits in the queue of each name, at most.
+        self._waits = {"known": seen - planes, "corners": factor - corners, "clipped": factor - min(clipped)}
         self.latency = factor + self._bound.latency + 3
 
     def elaborate(self, platform):
@@ -147,8 +150,11 @@ class PatchSetup(wiring.Component):
         connect_fields(m, self.o_planes, planes.o_planes, slot=planes.o_planes.payload.slot,
                        part=planes.o_planes.payload.part)
         connect_fields(m, self.o_winding, planes.o, slot=planes.o.payload.slot, part=planes.o.payload.winding)
-        found, made = Signal(), Signal.like(factor.o.payload, reset_less=True)
-        m.d.sync += [found.eq(factor.o.valid), made.eq(factor.o.payload)]
+        given = factor.o.valid, factor.o.payload
+        for _ in range(self._registers):
+            found, made = Signal(), Signal.like(factor.o.payload, reset_less=True)
+            m.d.sync += [found.eq(given[0]), made.eq(given[1])]
+            given = found, made
         m.d.comb += [self.o_factor.valid.eq(found), self.o_factor.payload.slot.eq(made.slot),
                      self.o_factor.payload.part.eq(made.part)]
 
@@ -159,7 +165,7 @@ class PatchSetup(wiring.Component):
 
         def wait(name, shape, valid, payload, ready):
             """A queue between branches with the same order of patches."""
-            m.submodules[name] = between = Queue(shape, depth=slots // 2)
+            m.submodules[name] = between = Queue(shape, depth=self._waits[name] // PHASES + 1)
             claim(m, ~between.i.valid | between.i.ready, f"a patch has an entry of {name}")
             claim(m, ~between.o.ready | between.o.valid, f"both branches of {name} have the patch")
             m.d.comb += [between.i.valid.eq(valid), between.i.payload.eq(payload), between.o.ready.eq(ready)]

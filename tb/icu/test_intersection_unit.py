@@ -29,9 +29,10 @@ from tb.icu.unit_coverage import COVERAGE, CoveredBench
 from tb.lib.clocking import start
 from tb.lib.configurations import CONFIGURATIONS, config_of
 from tb.lib.no_x import assert_known
+from tb.lib.parameter_ranges import corner
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
-from tb.lib.seed import NIGHTS
+from tb.lib.seed import NIGHTS, SEED
 from tb.lib.stall_patterns import STALL_PAIRS
 
 # Small enough for short tests: a sweep of the ray memory has as many cycles as rays. Two bits of tags run out after
@@ -454,8 +455,9 @@ def test_the_unit_in_icarus(simulator):
 @pytest.mark.nightly
 @pytest.mark.parametrize("changes", [CONFIGURATIONS["narrow"], {"icu.product_registers": 1},
                                      {"icu.product_registers": 3}, {"icu.tile_bits": 1}, {"icu.tile_bits": 3},
-                                     {"icu.uv_bits": 0}],
-                         ids=["narrow", "1 register", "3 registers", "small tiles", "large tiles", "no u and v"])
+                                     {"icu.uv_bits": 0}, {"icu.slots": 16}],
+                         ids=["narrow", "1 register", "3 registers", "small tiles", "large tiles", "no u and v",
+                              "few slots"])
 def test_other_widths_and_depths(changes, request):
     run(request.node.callspec.id, ("orders", "every_pair_of_stalls"), changes=changes, few_stalls=True)
 
@@ -541,3 +543,10 @@ def test_a_reset_leaves_nothing_of_a_list(begin_bench):
     for resets in whole[1], (whole[-1] + accepted) // 2, accepted - 1:
         listed, again = begun(begin_bench, 3, [cycle for cycle in whole if cycle < resets], resets)
         assert again == [listed[-1] + accepted - whole[-1]], f"reset in cycle {resets}"
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_there_is_a_unit_at_all_ends_of_the_parameters_ranges(number):
+    """Of two branches that join the same one is the earlier in all of them."""
+    unit = IntersectionUnit(config=corner(np.random.default_rng([SEED, number]), "numbers.", "icu."))
+    assert min(unit._setup._waits.values()) > 0

@@ -6,6 +6,7 @@ import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
 
+from golden.engine.config import PRESETS
 from golden.engine.ctu.sector import Sector
 from golden.engine.icu.section_clip import section_clip
 from golden.engine.icu.settle_code import settle_threshold
@@ -15,6 +16,7 @@ from golden.engine.stimulus.frusta import SOURCE, frustum_arrays, random_hemisph
 from golden.engine.stimulus.patches import scene_patches
 from hw.formats import SURFACE_BITS
 from hw.icu.patch_setup import PatchSetup
+from radiosity.flow.board.soc import SOC
 from radiosity.flow.package.example.frustum_load import frustum_payload, table_writes
 from tb.icu.vectors import WINDOW, factor_of, rows, section_window_of, winding_of
 from tb.lib.configurations import CONFIGURATIONS, config_of
@@ -24,11 +26,17 @@ from tb.lib.stall_patterns import STALLS
 
 COUNT = 84
 PARTS = ("planes", "winding", "factor", "exponents")
-VARIANTS = {"default": {}, "1 register": {"icu.product_registers": 1},
-            "3 registers, narrow": {**CONFIGURATIONS["narrow"], "icu.product_registers": 3}}
+VARIANTS = {
+    "default": config_of({}), "1 register": config_of({"icu.product_registers": 1}),
+    "3 registers, narrow": config_of({**CONFIGURATIONS["narrow"], "icu.product_registers": 3}),
+    # Patches follow each other until they have all slots; in the last one the window comes after the plane factor.
+    "few slots": config_of({"icu.slots": 16}), "board": PRESETS["board"], "SoC": SOC, "late windows": config_of({
+        "icu.slots": 16, "icu.cordic_stages": 20, "icu.product_registers": 1, "numbers.mantissa_bits": 18})}
 # Configuration, frustum, and whether all of it is the section.
 RUNS = [("default", "hemisphere", True), ("default", "screen", True), ("1 register", "hemisphere", False),
         ("3 registers, narrow", "screen", False)]
+# Configurations with the fewest slots.
+FEW_SLOTS = [name for name, config in VARIANTS.items() if config.icu.slots == 16]
 # Vertices that wait for a slot.
 QUEUED = 8
 FRUSTA = {"hemisphere": random_hemisphere, "screen": random_screen}
@@ -91,6 +99,8 @@ class Patches:
         parts = {"planes": lambda k: rows(made["planes"][k]), "winding": lambda k: winding_of(made, k),
                  "factor": lambda k: factor_of(made, k), "exponents": lambda k: rows(made["exponents"][k])}
         threshold = settle_threshold(made["bound"], self.config)
+        if not self.config.icu.uv_bits:
+            del parts["exponents"]
         return {**{f"o_{name}": [{"slot": k % slots, "part": part(k)} for k in range(COUNT)]
                    for name, part in parts.items()},
                 "o_patch": [{"slot": k % slots, "part": k} for k in range(COUNT) for _ in range(4)],
@@ -134,7 +144,7 @@ class Patches:
 
 @cache
 def bench_of(name):
-    config = config_of(VARIANTS[name])
+    config = VARIANTS[name]
     component = Setup(config)
     bench = ScheduleBench(component, idle_limit=component.latency + 20)
     return config, component, bench
@@ -152,16 +162,25 @@ def run(name, patches, **regime):
 @pytest.mark.parametrize(("name", "kind", "whole"), [
     RUNS[1], *(pytest.param(*other, marks=pytest.mark.nightly) for other in (RUNS[0], *RUNS[2:]))])
 def test_a_quad_every_four_cycles(name, kind, whole):
-    component, cycles = run(name, Patches(kind, config_of(VARIANTS[name]), whole=whole))
+    component, cycles = run(name, Patches(kind, VARIANTS[name], whole=whole))
     assert {b - a for a, b in pairwise(cycles["i"])} == {1}, "vertices must be taken without a gap"
     assert {b - a for a, b in pairwise(cycles["o"])} == {4}, "windows must come without a gap"
     assert cycles["o"][0] - cycles["i"][3] == component.latency
 
 
+@pytest.mark.sim
+@pytest.mark.parametrize(("name", "kind"), [
+    pytest.param(name, kind, marks=[] if name == "late windows" and kind == "screen" else pytest.mark.nightly)
+    for name in FEW_SLOTS for kind in FRUSTA])
+def test_a_queue_holds_all_patches_that_arrive_while_one_waits(name, kind):
+    """Of each component the queues' lengths follow from its own latencies."""
+    run(name, Patches(kind, VARIANTS[name], whole=True))
+
+
 def test_the_vectors_hold_every_case():
     coverage = None
     for name, kind, whole in RUNS:
-        cases = Patches(kind, config_of(VARIANTS[name]), whole=whole).cases()
+        cases = Patches(kind, VARIANTS[name], whole=whole).cases()
         coverage = coverage or Coverage(cases)
         coverage.hit_all(cases)
     coverage.check()

@@ -2,6 +2,7 @@
 
 import pytest
 
+from golden.engine.config import PRESETS
 from golden.engine.jobs.completion import patch_sources
 from golden.engine.jobs.job import plan_job
 from tb.lib.configurations import config_of
@@ -31,3 +32,13 @@ def test_hits_and_sums_are_golden_and_patches_come_from_all_nodes(clusters, colu
         assert all(sources[name].all() for name in ("own", "remote"))
         assert sources["kept"].sum() > 0
         assert sources["misses"].sum() > 0
+
+
+@pytest.mark.nightly
+def test_the_board_casts_what_golden_casts():
+    """Patches that follow each other take all of its few slots, of hemispheres and of a screen."""
+    config = PRESETS["board"]
+    job = plan_job([phase("cornell", config, cell=0.25, rays=(64, 16), points=(5, 1)),
+                    phase("cornell", config, cell=0.25, pixels=(32, 32))], config)
+    with JobMachine(job, latency=2) as machine:
+        machine.right()

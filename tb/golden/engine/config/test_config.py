@@ -8,6 +8,7 @@ import pytest
 from golden.base.errors import InputError
 from golden.engine.config import PRESETS, Config, Ctu, Icu, Memory, Memsys, Noc, Numbers
 from radiosity.tasks.config import about_parameters
+from tb.lib.parameter_ranges import documented_ranges
 
 GOLDEN = Path(__file__).parents[4] / "golden"
 MESSAGES = [
@@ -34,19 +35,6 @@ MESSAGES = [
     ("icu.rays", "configuration: a parameter is given as PATH=VALUE, not 'icu.rays'"),
     ("icu.rays=many", "configuration: icu.rays must be of type int, not 'many'"),
 ]
-
-
-def documented_ranges():
-    """Of each parameter its least and largest value, and whether it is a power of two, as its text says."""
-    about = about_parameters(Config())
-    shared = {}
-    for path, text in about.items():
-        group = path.partition(".")[0]
-        ranges = [tuple(2 ** int(end[2:]) if "^" in end else int(end) for end in found)
-                  for found in re.findall(r"(?:; |and |, )(\d+) to (\d+\^?\d*)\b", text)]
-        position = shared[group, text] = shared.get((group, text), -1) + 1
-        if ranges:
-            yield path, *ranges[min(position, len(ranges) - 1)], "power" in text.partition(" to ")[0]
 
 
 # The range of the fraction depends on another parameter.
