@@ -6,7 +6,8 @@ from amaranth.lib.data import ArrayLayout, StructLayout
 
 from golden.engine.config import Config
 from golden.engine.ctu.cell_traversal import BEGIN_BITS, INDEX_BITS, PARAMETER_BITS, POSITION_FRACTION, RECIPROCAL_BITS
-from golden.engine.ctu.grid_rays import FRACTION, INDEX_FRACTION
+from golden.engine.ctu.grid_rays import FRACTION
+from golden.engine.memory_map import GRID_POSITION_BITS
 from hw.formats import Formats
 
 __all__ = ["GRID_GROUP", "CtuFormats", "GridTableKind"]
@@ -20,9 +21,6 @@ GRID_SIDE_BITS = 12
 GRID_NUMBER_BITS = 20
 # Bits of the number of a stage, modulo which stages in flight differ.
 STAGE_BITS = 4
-# Integer bits of a position among a shell's grid rays, and of a distance from there.
-POSITION_BITS = 18
-REACH_BITS = 17
 
 
 class GridTableKind(enum.Enum, shape=2):
@@ -84,8 +82,8 @@ class CtuFormats(Formats):
         self.grid_column_address = unsigned(config.ctu.grid_column_bits)
         self.grid_side = unsigned(GRID_SIDE_BITS)
         self.grid_group = unsigned(GRID_GROUP.bit_length())
-        self.position = signed(POSITION_BITS + INDEX_FRACTION)
-        self.reach = unsigned(REACH_BITS + INDEX_FRACTION)
+        self.position = signed(1 + GRID_POSITION_BITS)
+        self.reach = unsigned(GRID_POSITION_BITS)
         self.position_bound = signed(self.position.width + 2)
         #: A grid ray of one shell: parameters in cells.
         self.grid_ray = StructLayout({"direction": ArrayLayout(self.grid_direction, 3), "begin": self.begin,

@@ -14,6 +14,7 @@ from golden.engine.memory_map.layout import (
     ALIGNMENT,
     ENTRY,
     EVERY_CLUSTER,
+    GRID_POSITION_BITS,
     GRID_RAY_BITS,
     GRID_SHAPE_BITS,
     GRID_SIDE_BITS,
@@ -27,6 +28,6 @@ from golden.engine.memory_map.layout import (
     Region,
 )
 
-__all__ = ["ALIGNMENT", "BEATS", "COORDINATE_BITS", "ENTRY", "EVERY_CLUSTER", "GRID_RAY_BITS", "GRID_SHAPE_BITS",
-           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "MemoryImage",
-           "Region", "from_bytes", "pack_beats", "phase_image", "unpack_beats"]
+__all__ = ["ALIGNMENT", "BEATS", "COORDINATE_BITS", "ENTRY", "EVERY_CLUSTER", "GRID_POSITION_BITS",
+           "GRID_RAY_BITS", "GRID_SHAPE_BITS", "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION",
+           "WEIGHT_BITS", "Field", "MemoryImage", "Region", "from_bytes", "pack_beats", "phase_image", "unpack_beats"]

@@ -5,14 +5,15 @@ from collections.abc import Mapping
 import numpy as np
 
 from golden.base.errors import InputError
-from golden.engine.memory_map.layout import EVERY_CLUSTER, GRID_RAY_BITS, GRID_SIDE_BITS
+from golden.engine.memory_map.layout import EVERY_CLUSTER, GRID_POSITION_BITS, GRID_RAY_BITS, GRID_SIDE_BITS
 from golden.engine.memory_map.rules import RULES, RuleKind
 
 __all__ = ["check_image"]
 
 
 def check_image(image: Mapping[str, np.ndarray]):
-    """The records have all of `golden.engine.memory_map.rules.RULES`, and the tables fit each other.
+    """The records have all of `golden.engine.memory_map.rules.RULES`, positions and reaches of grid rays do not wrap,
+    and the tables fit each other.
 
     Parameters
     ----------
@@ -33,6 +34,10 @@ def check_image(image: Mapping[str, np.ndarray]):
             _check_grid_rays(image["shells"])
         else:
             _require(rule.holds(image).all(), rule.requirement(image))
+    for region, field in (("shells", "row_border"), ("grid_rows", "position"), ("grid_rows", "column_reach"),
+                          ("grid_rows", "column_border"), ("grid_columns", "position")):
+        _require((np.abs(image[region][field].astype(np.int64)) < 1 << GRID_POSITION_BITS).all(),
+                 f"{region}.{field} must be below 2^{GRID_POSITION_BITS} in magnitude; use a wider view or fewer rays")
     _require(len(image["residence"]) == len(patches),
              f"residence must be {len(patches)} records, not {len(image['residence'])}")
     # Four vertices of 0 are the machine's answer for a patch that a cluster does not hold.

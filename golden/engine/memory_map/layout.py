@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["ALIGNMENT", "ENTRY", "EVERY_CLUSTER", "FRUSTUM_FIELDS", "GRID_RAY_BITS", "GRID_SHAPE_BITS",
-           "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field", "Region"]
+__all__ = ["ALIGNMENT", "ENTRY", "EVERY_CLUSTER", "FRUSTUM_FIELDS", "GRID_POSITION_BITS", "GRID_RAY_BITS",
+           "GRID_SHAPE_BITS", "GRID_SIDE_BITS", "HEADER", "MAGIC", "NONE", "REGIONS", "VERSION", "WEIGHT_BITS", "Field",
+           "Region"]
 
 MAGIC = int.from_bytes(b"RADE", "little")
 VERSION = 3
@@ -14,10 +15,11 @@ ALIGNMENT = 64
 # An empty entry of a table of patch or cluster numbers; a patch of which each cluster has a copy.
 NONE, EVERY_CLUSTER = -1, -2
 # Bits of: the number of cells along an axis; the number of rows, or of columns, of one shell's grid rays; a grid ray's
-# number among those of all shells.
+# number among those of all shells; the magnitude of its position among the rays, and of a distance from there.
 GRID_SHAPE_BITS = 10
 GRID_SIDE_BITS = 12
 GRID_RAY_BITS = 20
+GRID_POSITION_BITS = 25
 # Of the weight of a ray; those of a hemisphere are 2^40 together at most.
 WEIGHT_BITS = 42
 
@@ -142,7 +144,8 @@ REGIONS = (
         Field("slack", "u4", "bound of the error of the table's azimuths, in units of an angle; screen: 0"),
         Field("reserved", "u4", "0"),
     )),
-    Region("shells", "phase", "shell, from shell 2", "Grid rays of each shell: every row with every column.", (
+    Region("shells", "phase", "shell, from shell 2", "Grid rays of each shell: every row with every column. Their "
+           f"positions, reaches and borders are below 2^{GRID_POSITION_BITS} in magnitude; the host checks it.", (
         Field("begin", "u4", "parameter at which the shell begins, units of 2^-16 cells"),
         Field("end", "u4", "parameter at which the shell ends, units of 2^-16 cells"),
         Field("threshold", "u4", "a ray may still change while its settle code is below this"),

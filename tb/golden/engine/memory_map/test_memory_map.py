@@ -1,11 +1,14 @@
 """The memory image: bytes and arrays hold the same, and broken images are refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from golden.base.errors import InputError
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
+from golden.engine.ctu import margins
 from golden.engine.ctu.unit import CellTraversalUnit
 from golden.engine.frustum import screen_record
 from golden.engine.icu.sbb import SphericalWindows
@@ -25,6 +28,7 @@ from golden.engine.memory_map import (
 )
 from golden.engine.schedule.phase import schedule
 from golden.scene.open import open_scene
+from hw.ctu.ctu_formats import CtuFormats
 from tb.golden.engine.schedule.scenes import CONFIG, Case, case
 
 WEIGHTS = Hemisphere(128, 32).polar_weights
@@ -191,6 +195,43 @@ def test_the_last_record_of_a_table_is_accepted_and_the_one_behind_it_refused(im
 
 def test_the_largest_weight_is_accepted(image):
     assert from_bytes(broken(image, "rows", "weight", (1 << 42) - 1))["rows"]["weight"][0] == (1 << 42) - 1
+
+
+# Of the records that the machine keeps of grid rays, the fields with the format of a position or of a distance.
+FORMATS = CtuFormats(CONFIG)
+PLACES = [(region, name, field.shape) for region, record in (
+    ("shells", FORMATS.grid_shell), ("grid_rows", FORMATS.grid_row), ("grid_columns", FORMATS.grid_column))
+    for name, field in record if field.shape in (FORMATS.position, FORMATS.reach)]
+
+
+@pytest.mark.parametrize(("region", "field", "shape"), PLACES)
+def test_a_position_that_the_machine_cuts_off_is_refused(image, region, field, shape):
+    most = (1 << shape.width - shape.signed) - 1
+    for value in (most, -most * shape.signed):
+        assert from_bytes(broken(image, region, field, value))[region][field][0] == value
+    for value in (most + 1, -2 - most if shape.signed else 1 << 31):
+        with pytest.raises(InputError, match=rf"{region}\.{field} must be below 2\^25 in magnitude; use a wider view"):
+            from_bytes(broken(image, region, field, value))
+
+
+@pytest.mark.parametrize("columns", [512, 4096])
+def test_the_narrowest_view_is_the_one_whose_reaches_the_machine_holds(columns):
+    """Reaches in columns are inverse to the view's width; those of shell 2 are the largest."""
+    made, camera = case("room1627"), open_scene("room1627").camera
+    config = CONFIG.replace({"icu.side_bits": 12})
+
+    def image_of(share):
+        """Of a screen of 16 rows, its width a share of one whose reach has all bits."""
+        half = share * margins.screen_reach(2, 0, margins.RADIUS / np.sqrt(2), 1.125) * columns / 2 / (1 << 17)
+        fov = np.degrees(2 * np.arctan(half * 16 / columns))
+        record = screen_record(Screen(camera=replace(camera, fov=fov), width=columns, height=16),
+                               made.geometry.coordinates)
+        return phase_image([record], made.geometry, made.shelling.table, config)
+
+    shells = image_of(1.01)["grid_rows"]
+    assert 1 << 24 < shells["column_reach"].max() < 1 << 25
+    with pytest.raises(InputError, match=r"must be below 2\^25 in magnitude"):
+        image_of(0.99)
 
 
 def grown(image, **records):
