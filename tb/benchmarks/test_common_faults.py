@@ -171,7 +171,7 @@ TABLES = {
         CTU + "grid_rays", "(2 * np.arange(rays) + 1) / rays", "(2 * np.arange(rays)) / rays",
         partial(test_shared_tables.test_slopes_of_grid_rays_are_the_nearest_integers, 5)),
     "angle of a shell": (
-        CTU + "margins", "DIAGONAL + RADIUS + slack(shell)", "DIAGONAL + slack(shell)",
+        CTU + "margins", "DIAGONAL + RADIUS + slack", "DIAGONAL + slack",
         partial(test_margins.test_margins_are_their_derivations, 5)),
     "directions of rays": (
         "golden.engine.lib.fixed", "np.floor(np.abs(scaled) + 0.5)", "np.floor(np.abs(scaled))",

@@ -26,7 +26,7 @@ from golden.engine.icu.screening import cones
 from golden.engine.icu.section_clip import section_clip
 from golden.engine.icu.shadow_memory import ShadowMemory
 from golden.engine.icu.window_walk import issue_cycles, walk_cycles
-from golden.engine.memsys.patches.cell_table import CellTable
+from golden.engine.memsys.patches.cell_table import MARGIN, CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene.cells import check_cell_size
 
@@ -110,7 +110,8 @@ class Shelling:
                  ascending: int | None = None):
         check_cell_size(cell)
         self.geometry, self._config, self._by_code = geometry, config, by_code
-        self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell), ascending=ascending)
+        self.table = CellTable(geometry.vertices, cell=geometry.coordinates.cell_size(cell), ascending=ascending,
+                               margin=max(MARGIN, 1 << config.numbers.scene_bits - config.numbers.vector_fraction))
 
     @classmethod
     def of_cells(cls, geometry: PatchGeometry, table: CellTable, config: Config, *,

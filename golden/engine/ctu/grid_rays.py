@@ -81,22 +81,23 @@ class GridRays:
         return self.direction.shape[1]
 
 
-def steps(shell: int):
+def steps(shell: int, rounding: tuple[float, float] = margins.DEFAULT):
     """Largest azimuth step and polar step of a hemisphere's grid rays of a shell, in radians."""
-    covered = margins.RADIUS - margins.slack(shell)
+    covered = margins.RADIUS - margins.slack(shell, rounding=rounding)
     r = np.tan(2 * np.arcsin(covered / (2 * shell)))
     return 2 * np.arctan(r / np.sqrt(2)), 2 * np.arctan(r / np.sqrt(2 + r * r))
 
 
 @lru_cache(maxsize=KEPT)
-def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
-    """Grid rays of a shell for a hemisphere of ``azimuths`` x ``polars`` intersection rays.
+def hemisphere_rays(shell: int, azimuths: int, polars: int,
+                    rounding: tuple[float, float] = margins.DEFAULT) -> GridRays:
+    """Grid rays of a shell for a hemisphere of ``azimuths`` x ``polars`` intersection rays; `margins.rounding`.
 
     Row k has the polar angle ``(k + 1/2)`` polar steps, column k the azimuth ``(k + 1/2)`` azimuth steps. Rows extend
     below the horizon as far as a cell that holds a hit above it may have its centre (`margins.horizon`).
     """
-    azimuth_step, polar_step = steps(shell)
-    lowest = np.pi / 2 + margins.horizon(shell)
+    azimuth_step, polar_step = steps(shell, rounding)
+    lowest = np.pi / 2 + margins.horizon(shell, rounding)
     columns, rows = int(np.ceil(2 * np.pi / azimuth_step)), int(np.ceil(lowest / polar_step))
     azimuth = (np.arange(columns) + 0.5) * (2 * np.pi / columns)
     polar = (np.arange(rows) + 0.5) * (lowest / rows)
@@ -108,7 +109,7 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
 
     per_polar, per_azimuth = polars / (np.pi / 2), azimuths / (2 * np.pi)
     row_position, column_position = _position(polar * per_polar), _position(azimuth * per_azimuth)
-    psi, border = margins.angle(shell), margins.sector_angle(shell)
+    psi, border = margins.angle(shell, rounding), margins.sector_angle(shell, rounding)
     first_row, row_count = _window(row_position, _reach(psi * per_polar), polars)
     reach = _reach(margins.azimuth_reach(psi, polar) * per_azimuth)
     first, last = _span(column_position, reach[:, None])
@@ -123,7 +124,7 @@ def hemisphere_rays(shell: int, azimuths: int, polars: int) -> GridRays:
 
 @lru_cache(maxsize=KEPT)
 def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int], half_angles: tuple[float, float],
-                spread: float = 0) -> GridRays:
+                spread: float = 0, rounding: tuple[float, float] = margins.DEFAULT) -> GridRays:
     """Grid rays of a shell (a slab of depth) for a screen.
 
     Parameters
@@ -135,18 +136,20 @@ def screen_rays(shell: int, pixels: tuple[int, int], bits: tuple[int, int], half
         middle.
     spread
         Largest distance of a ray from the middle of its column and row, in columns and rows.
+    rounding
+        `margins.rounding`.
     """
     halves = [angle * count / 2.0**bit for count, bit, angle in zip(pixels, bits, half_angles, strict=True)]
     slope_scale, axes = screen_slope_scale(halves), []
-    step = 2 * (margins.RADIUS - margins.slack(shell, slope_scale)) / (np.sqrt(2) * shell)
+    step = 2 * (margins.RADIUS - margins.slack(shell, slope_scale, rounding)) / (np.sqrt(2) * shell)
     for count, half in zip(pixels, halves, strict=True):
         scale = count / (2 * half)
-        border = margins.screen_border(shell, half, slope_scale)
+        border = margins.screen_border(shell, half, slope_scale, rounding)
         rays = int(np.ceil(2 * (half + border) / step))
         slope = ((2 * np.arange(rays) + 1) / rays - 1) * (half + border)
         position = _position((slope + half) * scale)
-        reach = _reach(margins.screen_reach(shell, half, step, slope_scale) * scale + spread)
-        border = int(_reach(margins.screen_sector_reach(shell, half, step, slope_scale) * scale))
+        reach = _reach(margins.screen_reach(shell, half, step, slope_scale, rounding) * scale + spread)
+        border = int(_reach(margins.screen_sector_reach(shell, half, step, slope_scale, rounding) * scale))
         axes.append((_table(slope / slope_scale), position, border, reach, *_window(position, reach, count)))
     (x, column_position, column_border, column_reach, first_column, column_count), (
         y, row_position, row_border, _, first_row, row_count) = axes

@@ -12,11 +12,12 @@ from golden.engine.memsys.patches.cell_table import CellTable
 __all__ = ["near_cells"]
 
 
-def near_cells(record: FrustumRecord, table: CellTable, slopes: tuple[float, float]) -> np.ndarray:
+def near_cells(record: FrustumRecord, table: CellTable, slopes: tuple[float, float],
+               rounding: tuple[float, float] = margins.DEFAULT) -> np.ndarray:
     """Numbers of the cells of shell 1, ascending.
 
     A hemisphere opens the origin's cell and its 26 neighbours. A screen opens the cells with their centre at depth 1
-    or less that may meet the pyramid between the slopes.
+    or less that may meet the pyramid between the slopes, by `margins.rounding`.
     """
     home = (record.origin - table.lower) // table.cell
     if not record.is_screen:
@@ -27,8 +28,8 @@ def near_cells(record: FrustumRecord, table: CellTable, slopes: tuple[float, flo
         index = home + _cube(int(np.ceil(reach)))
         centre = (table.lower - record.origin) + table.cell * (index + 0.5)
         local = centre @ record.matrix.T * (np.array([*record.half_angles, 1.0]) / record.z_scale / table.cell)
-        near = margins.depth(1)
-        inside = (local[:, 2] >= -near) & (local[:, 2] <= 1 + margins.slack(1))
+        near = margins.depth(1, rounding)
+        inside = (local[:, 2] >= -near) & (local[:, 2] <= 1 + margins.slack(1, rounding=rounding))
         for axis, slope in enumerate(slopes):
             inside &= np.abs(local[:, axis]) <= slope * local[:, 2] + near * np.sqrt(1 + slope * slope)
         index = index[inside]

@@ -41,6 +41,8 @@ class CellTraversalUnit:
     -------
     last_shell
         The last shell that can hold the centre of a cell.
+    rounding
+        `margins.rounding` of the record's formats.
     scanned, grid_rays, steps, passes
         Counts: grid rays scanned, grid rays issued, cells that they visited, and traversal passes. Steps outside the
         grid are passes too; a ray that never enters the grid takes one pass.
@@ -62,17 +64,26 @@ class CellTraversalUnit:
         self._memories: dict[int, RayMemory] = {}
         corners = np.array(np.meshgrid(*np.stack([table.lower, table.lower + table.cell * table.shape], axis=1)))
         offset = corners.reshape(3, -1).T - record.origin
+        self.rounding = margins.rounding(record.numbers, self._displacement())
         if record.is_screen:
             distance = (offset @ record.matrix[2]).max() / record.z_scale
         else:
             distance = np.sqrt((offset * offset).sum(axis=1).max())
-        self.last_shell = max(1, int(np.ceil(distance / table.cell * (1 + margins.slack(1)))))
+        self.last_shell = max(1, int(np.ceil(distance / table.cell * (
+            1 + margins.slack(1, rounding=self.rounding)))))
         begin, end = self.borders(self.last_shell)
-        too_coarse = margins.slack(self.last_shell, record.slope_scale) > margins.RADIUS / 2
+        too_coarse = margins.slack(self.last_shell, record.slope_scale, self.rounding) > margins.RADIUS / 2
         if too_coarse or end - begin > NEVER or begin >> BEGIN_BITS:
             raise InputError(f"frustum: {self.last_shell} shells of {record.slope_scale:.6g} cells along a grid ray "
                              "are too many; use a narrower view or larger cells")
         self._check_memory(offset)
+
+    def _displacement(self):
+        """Of a vertex by the rounding of the R frame, in cells, if the table's margin does not cover it."""
+        record, numbers = self.record, self.record.numbers
+        slopes = np.array([*record.half_angles, 1.0] if record.is_screen else [1.0] * 3)
+        units = np.linalg.norm(slopes) / min(1, slopes.min()) * 2.0**(numbers.scene_bits - numbers.vector_fraction - 1)
+        return units / self.table.cell if units > self.table.margin else 0.0
 
     def _check_memory(self, offset):
         """Refuse an origin from which no ray can settle in so many shells that memory cannot hold their grid rays.
@@ -98,8 +109,8 @@ class CellTraversalUnit:
         record = self.record
         if record.is_screen:
             return screen_rays(shell, (record.columns, record.rows), (record.column_bits, record.row_bits),
-                               record.half_angles, 0.5 if record.spread else 0)
-        return hemisphere_rays(shell, record.columns, record.rows)
+                               record.half_angles, 0.5 if record.spread else 0, self.rounding)
+        return hemisphere_rays(shell, record.columns, record.rows, self.rounding)
 
     def borders(self, shell: int) -> tuple[int, int]:
         """Begin and end of a shell: parameters of grid rays in units of 2^-POSITION_FRACTION cells."""
@@ -108,7 +119,7 @@ class CellTraversalUnit:
 
     def settled(self, shell: int) -> float:
         """Largest distance of a hit, in R units of 1, that no patch of this or a later shell can improve."""
-        reach = max(0.0, shell - 1 - margins.depth(shell))
+        reach = max(0.0, shell - 1 - margins.depth(shell, self.rounding))
         cube = 2.0**self.record.numbers.scene_bits
         return reach * self.table.cell / cube * self.record.z_scale / 2.0**self.record.numbers.direction_fraction
 
@@ -147,7 +158,7 @@ class CellTraversalUnit:
             Threshold of the shell for settle codes.
         """
         if shell == 1:
-            return near_cells(self.record, self.table, self.record.slopes)
+            return near_cells(self.record, self.table, self.record.slopes, self.rounding)
         rays = self.rays(shell)
         if shell not in self._memories:
             self._memories[shell] = RayMemory(rays.rows * rays.columns, deferred=0)

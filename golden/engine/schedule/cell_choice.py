@@ -98,7 +98,8 @@ def _check_capacities(record, table, config):
     unit, ctu = CellTraversalUnit(record, table), config.ctu
     last = unit.last_shell
     if not record.is_screen:
-        last = max(last, int(np.ceil(np.sqrt((table.shape * table.shape).sum()) * (1 + margins.slack(1)))))
+        last = max(last, int(np.ceil(np.sqrt((table.shape * table.shape).sum())
+                                     * (1 + margins.slack(1, rounding=unit.rounding)))))
     shells = [unit.rays(shell) for shell in range(2, last + 1)]
     near = unit.open(1, np.ones((record.rows, record.columns), dtype=bool))
     for what, value, most in (

@@ -10,7 +10,8 @@ from golden.scene.cells_kernel import patches_of_cells
 __all__ = ["MARGIN", "CellTable"]
 
 # A patch is also listed in cells that it misses by up to this many units of G. The R frame of a hemisphere rounds a
-# vertex by up to 2 sqrt(3) units along an axis of G; the slack of shelling covers all else (docs/exactness.md).
+# vertex by up to 2 sqrt(3) units along an axis of G, if it has two bits fewer, and by less than 2^k with k bits fewer;
+# the slack of shelling covers all else (docs/exactness.md).
 MARGIN = 4
 # Fibonacci hashing, 2^32 divided by the golden ratio: numbers that follow each other get keys that are far apart (D. E.
 # Knuth, The Art of Computer Programming 3, section 6.4).
@@ -32,6 +33,9 @@ class CellTable:
         Lists of more patches are scattered: neighbours in a list have numbers far apart. Default: in all lists numbers
         ascend. Patches of neighbouring numbers often are neighbours in the scene, with about as many tests each.
 
+    margin
+        Units of G by which a patch may miss a cell that lists it.
+
     Members
     -------
     lower, shape
@@ -42,15 +46,16 @@ class CellTable:
         The patch address table.
     """
 
-    def __init__(self, vertices: np.ndarray, *, cell: int, ascending: int | None = None):
+    def __init__(self, vertices: np.ndarray, *, cell: int, ascending: int | None = None,
+                 margin: int = MARGIN):
         vertices = np.asarray(vertices, dtype=np.int64)
         points = vertices.reshape(-1, 3)
-        self.cell = int(cell)
+        self.cell, self.margin = int(cell), margin
         # The outermost patches are exactly on the scene box: the margin keeps them inside.
-        self.lower = points.min(axis=0) - MARGIN
-        self.shape = (points.max(axis=0) + MARGIN - self.lower) // self.cell + 1
+        self.lower = points.min(axis=0) - self.margin
+        self.shape = (points.max(axis=0) + self.margin - self.lower) // self.cell + 1
         start, patch = patches_of_cells(vertices.astype(np.float64), self.lower.astype(np.float64), float(self.cell),
-                                        self.shape, float(MARGIN))
+                                        self.shape, float(self.margin))
         self.pointer, self.count = start[:-1].astype(np.int64), np.diff(start).astype(np.int64)
         if ascending is not None:
             key = np.where(np.repeat(self.count > ascending, self.count), patch * SCATTER % (1 << 32), patch)

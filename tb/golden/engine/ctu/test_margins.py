@@ -4,7 +4,7 @@ geometry is beyond it, and the worst points come within a tenth of it.
 How tight they are: depth, horizon, the border of the screen and the azimuths of a cap are attained. The angle is
 attained but for the arc between a cell's centre and its grid ray, 7 % of it at shell 3 and 1 % at shell 10. The density
 loses what a whole number of rows and columns loses. The slack of a direction is a third above twelve half units, its
-derivation; random frusta attain a quarter of the derivation.
+derivation in all formats; random frusta attain a quarter of the derivation.
 """
 
 from decimal import Decimal
@@ -15,7 +15,8 @@ import pytest
 
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
-from golden.engine.config import Config
+from golden.engine.cast.shelling import Shelling
+from golden.engine.config import Config, Numbers
 from golden.engine.ctu import margins
 from golden.engine.ctu.grid_rays import FRACTION, hemisphere_rays, screen_rays, steps
 from golden.engine.ctu.near_cells import near_cells
@@ -26,6 +27,7 @@ from golden.engine.icu.inverse_distance import decode
 from golden.engine.icu.settle_code import settle_floor
 from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.g_coordinates import GCoordinates
+from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene.camera import Camera
 from tb.golden import precise
 from tb.golden.cast.frusta import CELLS, room
@@ -219,8 +221,10 @@ def plain(hemisphere: Hemisphere) -> FrustumRecord:
     return hemisphere_record(hemisphere, coordinates, (8, 8, 8), (0, 0, 1), axes=np.eye(3))
 
 
-def test_directions_of_grid_rays_are_off_by_less_than_their_slack():
-    coordinates, worst = GCoordinates.of(room(), CONFIG.numbers), 0
+@pytest.mark.parametrize("bits", [8, 10, 12, 16])
+def test_directions_of_grid_rays_are_off_by_less_than_their_slack(bits):
+    numbers, worst = Numbers(direction_fraction=bits), 0
+    coordinates, (fixed, share) = GCoordinates.of(room(), numbers), margins.rounding(numbers)
     for seed in range(60):
         random = np.random.default_rng(seed)
         record = hemisphere_record(Hemisphere(64, 16), coordinates, (8, 8, 8), random.normal(size=3))
@@ -231,9 +235,32 @@ def test_directions_of_grid_rays_are_off_by_less_than_their_slack():
         exact = np.stack(np.broadcast_arrays(np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth),
                                              np.cos(polar)), axis=-1).reshape(-1, 3)
         # What the machine takes for the direction in R: the rounded matrix times the rounded direction in G.
-        given = global_directions(grid.direction.reshape(-1, 3), record) @ record.matrix.T / 2.0 ** (2 * FRACTION)
+        given = global_directions(grid.direction.reshape(-1, 3), record) @ record.matrix.T / 2.0 ** (FRACTION + bits)
         worst = max(worst, np.linalg.norm(given - exact, axis=1).max())
-    assert 0.2 * 12 * 2.0**-17 < worst < 12 * 2.0**-17 < 2.0**-13
+    derived = 6 * (2.0 ** -(bits + 1) + 2.0**-17)
+    assert 0.2 * derived < worst < derived < share
+    assert fixed == 2.0**-10
+    assert CellTraversalUnit(record, CellTable(coordinates.integers(room().vertices), cell=1 << 22)).rounding == (
+        fixed, share)
+
+
+@pytest.mark.parametrize(("scene_bits", "vector_fraction"), [(12, 12), (14, 12), (24, 22), (24, 16), (24, 10)])
+def test_cells_list_what_the_formats_round_or_the_slack_covers_it(scene_bits, vector_fraction):
+    """A vertex is off by half a unit of each axis of R, of which a screen stretches some."""
+    numbers = Numbers(scene_bits=scene_bits, vector_fraction=vector_fraction)
+    config, origin = Config(numbers=numbers), (8.03, 8.02, 8.01)
+    geometry = PatchGeometry.of(room(), numbers, [origin])
+    camera = Camera(eye=origin, target=(9, 8, 8), up=(0, 0, 1), fov=30.0)
+    table = Shelling(geometry, config, cell=1 / 4).table
+    for record in (hemisphere_record(Hemisphere(64, 16), geometry.coordinates, origin, (1, 2, 3)),
+                   screen_record(Screen(camera=camera, width=64, height=16), geometry.coordinates)):
+        matrix = record.matrix / 2.0**numbers.direction_fraction
+        # Half a unit of R along each of its axes, back in units of G, at the worst of the signs.
+        signs = np.stack(np.meshgrid(*[[-1, 1]] * 3), axis=-1).reshape(-1, 3)
+        moved = np.linalg.norm(np.linalg.solve(matrix, signs.T / 2.0 ** (vector_fraction + 1)), axis=0).max() \
+            * 2.0**scene_bits
+        fixed, _ = CellTraversalUnit(record, table).rounding
+        assert moved < 1.01 * table.margin or moved / table.cell < 1.01 * (fixed - 2.0**-11)
 
 
 @pytest.mark.parametrize("cell", [1 / 16, 1 / 64])
