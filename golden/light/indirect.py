@@ -163,7 +163,8 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
     differently have systems of their own.
 
     With ``shooting`` bright pieces of elements shoot their light through a hemisphere from their middles, and nodes
-    have the mean of the light around them: nothing is cast there or refined, and light of a background is not found.
+    have the mean of the light around them: nothing is cast there or refined. Light of a background is not found, and
+    no patch may be clear or a flat mirror: reciprocity holds where rays end alone.
 
     Parameters
     ----------
@@ -220,8 +221,8 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
         systems = [RadiositySystem(form_factors=factors, reflectance=reflects, emission=emission, area=pieces.area,
                                    centre=elements.centre[own], normal=elements.normal[own])
                    for factors in nodes.of_pieces(mean)]
-        solutions = [_solution(system, solver, shooting, preview and preview.watch(pieces, channels), progress)
-                     for system, channels in zip(systems, rows.groups, strict=True)]
+        solutions = [_solution(system, solver, shooting, preview and preview.watch(pieces), progress)
+                     for system in systems]
         radiosity, ambient, display = (joined(rows.groups, [getattr(one, name) for one in solutions])
                                        for name in ("radiosity", "ambient", "display"))
         solution = replace(max(solutions, key=lambda one: one.steps), radiosity=of_elements @ radiosity,

@@ -1,7 +1,6 @@
 """Rows of form factors of pieces of elements, cast when they shoot, and the light at nodes that follows."""
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -19,7 +18,7 @@ __all__ = ["PieceRows"]
 
 
 class PieceRows:
-    """Casts one hemisphere from the middle of a piece; what has been cast is kept for all groups of channels.
+    """Casts one hemisphere from the middle of a piece, whose row is kept.
 
     It stands in for the `Rows` of the nodes, which are not cast: light is interpolated to them from the pieces.
 
@@ -37,7 +36,7 @@ class PieceRows:
     cast
         Number of the hemispheres cast.
     groups
-        The channels of each group.
+        The channels of each group; there is one, as no patch is clear or a flat mirror.
     sky, buried
         M x 3 and M: as those of `Rows`. No sky is seen; nodes count as outside bodies until `settle` has been called.
     """
@@ -57,7 +56,7 @@ class PieceRows:
         cut = cut[first]
         self._middle[some] = bilinear(elements.vertices[element[cut]], (column[cut] + 0.5) / PARTS,
                                       (row[cut] + 0.5) / PARTS)
-        self._known: dict[int, list[sparse.csr_array]] = {}
+        self._known: dict[int, sparse.csr_array] = {}
 
     @property
     def cast(self) -> int:
@@ -65,8 +64,8 @@ class PieceRows:
         return len(self._known)
 
     def of_pieces(self, _) -> list[Callable[[np.ndarray], sparse.csr_array]]:
-        """For each group of channels the function from pieces to their rows that a `RadiositySystem` takes."""
-        return [partial(self._of, group=number) for number in range(len(self.groups))]
+        """For the one group of channels the function from pieces to their rows that a `RadiositySystem` takes."""
+        return [self._of]
 
     def settle(self, irradiance: np.ndarray, received: np.ndarray) -> np.ndarray:
         """The nodes' irradiance over pi, M x 3: the mean of the pieces around each that light has reached.
@@ -83,11 +82,11 @@ class PieceRows:
         self.buried = total == 0
         return (share @ irradiance) / np.where(self.buried, 1.0, total)[:, None]
 
-    def _of(self, ids, group):
+    def _of(self, ids):
         missing = np.array([one for one in ids.tolist() if one not in self._known], dtype=np.int64)
         if len(missing):
             found: Rows = self._rows.cast(self._middle[missing], self._normal[missing], self._source[missing],
                                           self._hemisphere, self._spread)
             for place, one in enumerate(missing.tolist()):
-                self._known[one] = [matrix[[place]] for matrix in found.factors]
-        return sparse.vstack([self._known[one][group] for one in ids.tolist()]).tocsr()
+                self._known[one] = found.factors[0][[place]]
+        return sparse.vstack([self._known[one] for one in ids.tolist()]).tocsr()

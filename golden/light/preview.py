@@ -21,7 +21,7 @@ __all__ = ["Preview"]
 
 
 class Preview:
-    """Draws what the pieces of elements emit and reflect, from the ambient estimate on; mirrors and glass look diffuse.
+    """Draws what the pieces of elements emit and reflect, from the ambient estimate on; mirrors look diffuse.
 
     One ray through the middle of each pixel finds its piece, once.
 
@@ -41,7 +41,7 @@ class Preview:
     _scene: Scene
     _screen: Screen
     _caster: CastsRays
-    _radiosity: np.ndarray | None = None
+    _radiosity: np.ndarray
 
     def __init__(self, path: str | Path, *, steps: int = 8):
         check_outputs(Path(path), suffixes=(".png",))
@@ -55,17 +55,14 @@ class Preview:
         made._scene, made._screen, made._caster = scene, screen, caster
         return made
 
-    def watch(self, pieces: Pieces, channels: list[int]) -> Callable[[State], None]:
-        """Takes the states of the system of some channels, and draws some of them."""
+    def watch(self, pieces: Pieces) -> Callable[[State], None]:
+        """Takes the states of a system of pieces, and draws some of them."""
         self._pieces, step = pieces, 0
-        radiosity = self._radiosity
-        if radiosity is None:
-            radiosity = self._radiosity = np.zeros((len(pieces), 3))
 
         def see(state):
             nonlocal step
             if step % self._steps == 0:
-                radiosity[:, channels] = (state.radiosity + state.ambient)[:, channels]
+                self._radiosity = state.radiosity + state.ambient
                 self._draw()
             step += 1
         return see

@@ -354,6 +354,11 @@ def _check_shooting(scene, settings, preview):
     if settings.shooting and (isinstance(scene.background, Sky) or any(scene.background)):
         raise InputError(f"scene {scene.name!r}: It has a background, whose light hemispheres of all elements find: "
                          "rows cannot be cast on demand", parameter="shooting")
+    goes_on = Glass(scene).goes_on
+    if settings.shooting and goes_on.any():
+        name = scene.materials[scene.material[np.argmax(goes_on)]].name
+        raise InputError(f"scene {scene.name!r}: Material {name!r} is clear or mirrors, and its light goes on to where "
+                         "it does not shoot: rows cannot be cast on demand", parameter="shooting")
 
 
 def _refinement(scene, settings, caster) -> Refinement:

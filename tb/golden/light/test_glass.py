@@ -1,3 +1,5 @@
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -5,17 +7,20 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from benchmarks.analytic import point_to_polygon
+from golden.base.errors import InputError
 from golden.cast.grid import Grid
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Rays
 from golden.light.form_factors import hemisphere_sums
 from golden.light.glass import SHEETS, ClearRays, Glass
 from golden.light.photometry.sensors import Sensors
+from golden.light.solvers.on_demand import Shooting
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin.shapes import box
 from golden.scene.camera import Camera
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
+from golden.scene.tessellate import sphere
 from tb.golden.light.scenes import BLACK, rectangle, scene_of
 from tb.lib.schedules import SETTINGS
 
@@ -276,3 +281,19 @@ def test_what_a_mirror_throws_of_a_point_light_diffuses():
         means.append(lit.elements.area @ lit.received[:, 0] / lit.elements.area.sum())
     # Flux over A (1 - rho), of irradiances over pi.
     assert means == pytest.approx([4 / 24 / 0.4] * 2, rel=0.01)
+
+
+@pytest.mark.parametrize(("material", "smooth", "is_refused"), [
+    (PANE, False, True), (BODY, True, True), (Material(name="half", specular=(0, 0.5, 0)), False, True),
+    (Material(name="weak", specular=(0.49,) * 3), False, False),
+    (Material(name="ball", specular=(1,) * 3), True, False),
+], ids=lambda value: getattr(value, "name", None))
+def test_shooting_is_refused_where_light_goes_on(material, smooth, is_refused):
+    """A row is turned into a column by reciprocity, which holds if rays end where they meet a patch."""
+    body = sphere((0, 0, 0), 0.5, segments=4) if smooth else rectangle((-1, -1, 0), (2, 0, 0), (0, 2, 0))
+    scene = scene_of((body, material, {"smooth": smooth}), (rectangle((-1, -1, 2), (0, 2, 0), (2, 0, 0)), LAMP))
+    camera, few = Camera(eye=(0, -4, 1), target=(0, 0, 0)), RenderSettings(**FEW, shooting=Shooting(tolerance=0.1))
+    assert Glass(scene).goes_on.any() == is_refused
+    with pytest.raises(InputError, match=material.name) if is_refused else nullcontext() as caught:
+        render(scene, camera=camera, settings=few)
+    assert not is_refused or caught.value.parameter == "shooting"
