@@ -216,7 +216,7 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
         shares = _shares(scene, elements)
         reflectance, own = _reflectance(shares, glass, elements.patch), pieces.element
         # What arrives at black pieces follows from what they reflect: in shooting none is quite black.
-        reflects = np.clip(reflectance[own], BLACK if shooting else 0.0, 1)
+        reflects = np.maximum(reflectance[own], BLACK if shooting else 0.0)
         emission = reflectance[own] * (direct + mean @ nodes.sky) + thrown
         systems = [RadiositySystem(form_factors=factors, reflectance=reflects, emission=emission, area=pieces.area,
                                    centre=elements.centre[own], normal=elements.normal[own])
@@ -280,10 +280,13 @@ def _shares(scene, elements):
 
 
 def _reflectance(shares, glass, patch):
-    """C x 3: what stays of the light at an element and leaves it again, over what stays; the shares without glass."""
+    """C x 3: what stays of the light at an element and leaves it again, over what stays; the shares without glass.
+
+    It is 0 to 1, however the shares and what goes on are rounded.
+    """
     onward = (glass.mean_passed + glass.mean_thrown)[patch]
     stays = np.maximum(1 - onward, 1e-12)
-    return np.where(glass.goes_on[patch, None], (shares - onward) / stays, shares)
+    return np.clip(np.where(glass.goes_on[patch, None], (shares - onward) / stays, shares), 0, 1)
 
 
 def _interpolated(position, values):

@@ -21,7 +21,7 @@ from golden.scene.camera import Camera
 from golden.scene.lights import PointLight
 from golden.scene.material import Material
 from golden.scene.tessellate import sphere
-from tb.golden.light.scenes import BLACK, rectangle, scene_of
+from tb.golden.light.scenes import BLACK, rectangle, scene_of, solved
 from tb.lib.schedules import SETTINGS
 
 PANE = Material(name="pane", transparent=(0.9, 0.9, 0.9), thin=True)
@@ -281,6 +281,18 @@ def test_what_a_mirror_throws_of_a_point_light_diffuses():
         means.append(lit.elements.area @ lit.received[:, 0] / lit.elements.area.sum())
     # Flux over A (1 - rho), of irradiances over pi.
     assert means == pytest.approx([4 / 24 / 0.4] * 2, rel=0.01)
+
+
+@pytest.mark.parametrize("index", [1.33, 1.45, 1.5])
+def test_sheets_reflect_no_share_below_zero_in_the_first_pass(index):
+    """All that clear sheets do not absorb goes on; however it is rounded, nothing negative is left."""
+    draw = np.random.default_rng(3)
+    panes = [(np.add(FLOOR, (0, 0, number)), Material(name=f"{number}", transparent=(share,) * 3, thin=True,
+                                               refraction_index=index))
+             for number, share in enumerate(draw.random(60).tolist())]
+    lit = solved(scene_of(*panes, background=(1, 1, 1)), 1)
+    assert ((lit.reflectance >= 0) & (lit.reflectance < 1e-12)).all()
+    assert (lit.display >= 0).all()
 
 
 @pytest.mark.parametrize(("material", "smooth", "is_refused"), [
