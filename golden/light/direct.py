@@ -110,10 +110,17 @@ class DirectLight:
             self._add_lights(result[rows], points[rows])
         return result
 
-    def of_lights(self, points: SurfacePoints) -> np.ndarray:
-        """The part of `irradiance` from the lights without an area."""
+    def thrown(self, points: SurfacePoints) -> np.ndarray:
+        """What flat mirrors throw of the lights without an area, which hemispheres do not meet: it diffuses.
+
+        M x 3, as the radiance of what rays do not throw further there; 0 at points that are on no flat mirror.
+        """
         result = np.zeros((len(points), 3))
-        self._add_lights(result, points)
+        rows = np.flatnonzero(self._glass.mirrors[points.patch])
+        if len(rows) and self._scene.lights:
+            share, lit = self._glass.mean_thrown[points.patch[rows]], np.zeros((len(rows), 3))
+            self._add_lights(lit, points[rows])
+            result[rows] = share / (1 - share) * lit
         return result
 
     def _add_lights(self, result, points):

@@ -8,6 +8,7 @@ from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Rays
 from golden.light.direct import DirectLight
 from golden.light.form_factors import ray_ends
+from golden.light.glass import Glass
 from golden.light.indirect import IndirectLight
 from golden.light.node_rows import joined
 from golden.light.sampling import mix, sobol, uniform
@@ -63,8 +64,11 @@ class FinalGather:
             self._caster, self._cast = tally.counting("gather", frusta), self._by_hemispheres
         self._light = DirectLight(scene, caster, tally, 1, frusta=frusta)
         self._block = BLOCK if frusta is None else SHADOW_BLOCK
-        # What reflects nothing needs no light.
-        self._reach = reach * np.sqrt(indirect.elements.area) * (indirect.reflectance > 0).any(axis=1)
+        # What reflects nothing needs no light; mirrors diffuse what they throw of lights without an area.
+        diffuses = (indirect.reflectance > 0).any(axis=1)
+        if scene.lights:
+            diffuses |= Glass(scene).mirrors[indirect.elements.patch]
+        self._reach = reach * np.sqrt(indirect.elements.area) * diffuses
 
     def light(self, points: SurfacePoints, u: np.ndarray, v: np.ndarray, front: np.ndarray, keys: np.ndarray,
               rank: np.ndarray) -> np.ndarray:
@@ -183,7 +187,8 @@ class FinalGather:
         arriving = self._light.irradiance(points, mix(keys[near], 8), rank[near])
         arriving += indirect.at(patch, u, v, elements.front[own])
         change = np.zeros((len(hits.t), 3))
-        change[near] = indirect.reflectance[own] * arriving - indirect.display[piece[near]]
+        change[near] = (indirect.reflectance[own] * arriving + self._light.thrown(points)
+                        - indirect.display[piece[near]])
         return change
 
     @staticmethod

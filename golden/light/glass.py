@@ -15,6 +15,8 @@ SHEETS = 8
 
 # A flat surface that mirrors less in each channel diffuses it in the first pass: what it throws is weak.
 MIRROR = 0.5
+# A flat mirror throws at most this share in a scene with lights without an area: the rest diffuses their light.
+MOST_THROWN = 0.99
 
 
 def fresnel(ratio, cosine, beyond) -> np.ndarray:
@@ -59,7 +61,8 @@ class Glass:
         self.clear = self._transparent.any(axis=1)
         specular = scene.channels("specular")
         self.mirrors = ~self.clear & ~scene.is_curved & (specular.max(axis=1) >= MIRROR)
-        self._specular = np.where(self.mirrors[:, None], specular, 0.0)
+        most = MOST_THROWN if scene.lights else 1.0
+        self._specular = np.where(self.mirrors[:, None], np.minimum(specular, most), 0.0)
         self.thin = np.array([material.thin for material in scene.materials], dtype=bool)[scene.material]
         self.throws = self.mirrors | (self.clear & self.thin & ~scene.is_curved & (not scene.lights))
 

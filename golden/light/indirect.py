@@ -36,8 +36,6 @@ __all__ = ["IndirectLight", "indirect_light"]
 
 # Points on each element at which pass 1 samples the direct light.
 POINTS = 4
-# A mirror that keeps less than this share of the light throws less of that of lights without an area.
-LEAST_LEFT = 0.01
 # Adaptive refinement: elements whose corners differ by more than this share of the scene's mean are cut CUTS times
 # along each side; at most one element in EVERY.
 CONTRAST, CUTS, EVERY = 0.05, 4, 40
@@ -211,7 +209,7 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
         samples = -(-light_samples // POINTS)
         light = DirectLight(scene, caster, tally, samples, frusta=shadow_caster(frusta), rays=samples * len(points))
         direct = of_points @ (arriving := light.irradiance(points, keys))
-        thrown = of_points @ _thrown(scene, glass, light, points)
+        thrown = of_points @ light.thrown(points)
     with tally.stage("solver"):
         shares = _shares(scene, elements)
         reflectance, own = _reflectance(shares, glass, elements.patch), pieces.element
@@ -327,16 +325,6 @@ def _points(scene, elements, pieces, buried, seed):
 def _uneven(of_points, arriving, direct):
     """P bool: whether the light that arrives at a piece's points differs, its means being ``direct``."""
     return np.sqrt(np.maximum(of_points @ arriving**2 - direct**2, 0)).mean(axis=1) > UNEVEN * direct.mean()
-
-
-def _thrown(scene, glass, light, points):
-    """What flat mirrors throw of the light of lights without an area, which hemispheres do not meet: it diffuses."""
-    result = np.zeros((len(points), 3))
-    rows = np.flatnonzero(glass.mirrors[points.patch])
-    if len(rows) and scene.lights:
-        share = glass.mean_thrown[points.patch[rows]]
-        result[rows] = share / np.maximum(1 - share, LEAST_LEFT) * light.of_lights(points[rows])
-    return result
 
 
 def _mean_of_open(of_corners, buried):

@@ -79,6 +79,9 @@ def through_opening(origin, direction):
 
 
 WHITE = Material(name="white", diffuse=(GREY,) * 3)
+# What mirrors throw of a lamp without an area counts as diffuse.
+HALF_MIRROR, MIRROR = (Material(name="mirror", specular=(share,) * 3, diffuse=(GREY - share,) * 3)
+                       for share in (0.5, GREY))
 LAMP = (PointLight(position=tuple(LIGHT), intensity=(1, 1, 1)),)
 FRAME = np.array([rectangle((x, 0, z), (0, 0, height), (width, 0, 0)) for x, z, width, height in (
     (0, 0, 1, 2.8), (3, 0, 1, 2.8), (1, 0, 2, 0.9), (1, 2.3, 2, 0.5))])
@@ -87,6 +90,9 @@ CASES = {
     "wall": (((WALL, WHITE),), reflected([WALL]), (1.6, 0, 1.2), (0, 1, 0)),
     "edge of a shadow on a wall": (((WALL, WHITE), (SCREEN, BLACK, {"two_sided": True})), reflected([WALL], [SCREEN]),
                                    (2.1, 0, 1.2), (0, 1, 0)),
+    "mirror": (((WALL, HALF_MIRROR),), reflected([WALL]), (1.6, 0, 1.2), (0, 1, 0)),
+    "edge of a shadow on a mirror": (((WALL, MIRROR), (SCREEN, BLACK, {"two_sided": True})),
+                                     reflected([WALL], [SCREEN]), (2.1, 0, 1.2), (0, 1, 0)),
     "furniture": (((BODY, WHITE),), reflected(BODY), (1.5, 0.9, 0.4), (-1, 0, 0)),
     "table": (((BODY, WHITE),), reflected(BODY), (1.7, 0.8, 0.75), (0, 0, 1)),
     "window": (((FRAME, BLACK), (box((0, 0, 0), (4, 4, 2.8), omit=("-y",))[:, ::-1], BLACK)), through_opening,
@@ -95,7 +101,7 @@ CASES = {
 
 
 @pytest.mark.parametrize(("name", "elements", "turned"), [
-    *((name, 600, False) for name in ("wall", "furniture", "window")),
+    *((name, 600, False) for name in ("wall", "mirror", "furniture", "window")),
     *(pytest.param(name, 3000, turned, marks=pytest.mark.nightly) for name in CASES for turned in (False, True))])
 def test_sensors_close_to_a_surface_measure_the_sum_over_their_hemispheres(name, elements, turned):
     """Towards the surface, and turned along it, away from the lamp."""
