@@ -68,7 +68,11 @@ class IndirectLight:
     uneven
         P bool: whether direct light differs within a piece.
     reflectance
-        C x 3: the shares of arriving light that elements reflect.
+        C x 3: of the light that rays do not carry on from elements, the shares that these reflect.
+    reflected
+        C x 3: the shares of all arriving light that elements reflect, mirrors and glass included.
+    of_nodes
+        Sparse C x M: the mean over each element of what its nodes have.
     received, radiosity
         C x 3 each: irradiance over pi of the elements, direct light included, and what they emit and reflect, in units
         of radiance; what mirrors and glass reflect counts as diffuse.
@@ -93,6 +97,8 @@ class IndirectLight:
     display: np.ndarray
     uneven: np.ndarray
     reflectance: np.ndarray
+    reflected: np.ndarray
+    of_nodes: sparse.csr_array
     received: np.ndarray
     radiosity: np.ndarray
     rows: NodeRows
@@ -137,12 +143,18 @@ class IndirectLight:
         return replace(position, nodes=nodes, weights=weights)
 
     def changed(self, change: np.ndarray, refined_change: np.ndarray) -> "IndirectLight":
-        """With other irradiance over pi at nodes, of ``refined`` too; never below zero, and as before inside bodies."""
+        """With other irradiance over pi at nodes, of ``refined`` too; never below zero, and as before inside bodies.
+
+        What elements receive and reflect follows.
+        """
         def filled(lattice, values, change, buried):
             return _fill(lattice.neighbours, np.maximum(values + change, 0), buried)
 
+        irradiance = filled(self.elements.lattice, self.irradiance, change, self.buried)
+        more = self.of_nodes @ (irradiance - self.irradiance)
         return replace(
-            self, irradiance=filled(self.elements.lattice, self.irradiance, change, self.buried),
+            self, irradiance=irradiance, received=np.maximum(self.received + more, 0),
+            radiosity=np.maximum(self.radiosity + self.reflected * more, 0),
             refined_irradiance=filled(self.refined, self.refined_irradiance, refined_change, self.refined_buried))
 
 
@@ -228,6 +240,7 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
         irradiance = nodes.settle((display - emission) / reflects, (radiosity > emission).any(axis=1)) \
             if shooting else nodes.gathered(display)
         received = of_elements @ (direct + mean @ irradiance)
+        reflected = shares - glass.mean_passed[elements.patch]
     with tally.stage("adaptive refinement"):
         usable = contacts.sees & ~nodes.buried[contacts.nodes][:, None]
         chosen = np.zeros(0, dtype=int) if shooting else _contrasting(
@@ -239,10 +252,10 @@ def indirect_light(scene: Scene, refinement: Refinement, frusta: CastsFrusta, ca
         sheet[elements.position.cell[chosen]] = np.arange(len(chosen))
     return IndirectLight(elements=elements, irradiance=_fill(elements.lattice.neighbours, irradiance, nodes.buried),
                          refined=refined, refined_irradiance=fine, sheet=sheet, contacts=contacts,
-                         usable=usable, pieces=pieces, display=display, reflectance=reflectance, received=received,
-                         uneven=_uneven(of_points, arriving, direct),
+                         usable=usable, pieces=pieces, display=display, reflectance=reflectance, reflected=reflected,
+                         of_nodes=of_elements @ mean, received=received, uneven=_uneven(of_points, arriving, direct),
                          radiosity=scene.channels("emission")[elements.patch] + np.where(
-                             glass.mirrors[elements.patch][:, None], shares * received, solution.display), rows=rows,
+                             glass.goes_on[elements.patch][:, None], reflected * received, solution.display), rows=rows,
                          solution=solution, nodes=nodes.cast if shooting else len(irradiance) + len(fine),
                          buried=nodes.buried, refined_buried=fine_nodes.buried)
 

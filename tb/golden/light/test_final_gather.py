@@ -19,15 +19,15 @@ GREY, SHADOW = 0.5, 0.13
 LIGHT = np.array([1.0, 1, 3])
 
 
-def shadowed_corner(*, is_curved=False):
-    """A floor and a black wall on its rim x = 0; a black screen halfway to the lamp shades the floor up to `SHADOW`.
+def shadowed_corner(*, is_curved=False, wall=BLACK):
+    """A floor and a wall on its rim x = 0; a black screen halfway to the lamp shades the floor up to `SHADOW`.
 
     A curved wall goes on with a bend.
     """
-    wall = [rectangle((0, 0, 0), (0, 2, 0), (0, 0, 1)), rectangle((0, 0, 1), (0, 2, 0), (-0.1, 0, 0.2))]
+    faces = [rectangle((0, 0, 0), (0, 2, 0), (0, 0, 1)), rectangle((0, 0, 1), (0, 2, 0), (-0.1, 0, 0.2))]
     edge = (LIGHT[0] + SHADOW) / 2
     return scene_of((rectangle((0, 0, 0), (2, 0, 0), (0, 2, 0))[None], Material(name="grey", diffuse=(GREY,) * 3)),
-                    (wall[:1 + is_curved], BLACK, {"smooth": is_curved}),
+                    (faces[:1 + is_curved], wall, {"smooth": is_curved}),
                     (rectangle((edge - 3, -2, 1.5), (3, 0, 0), (0, 6, 0))[None], BLACK),
                     lights=(PointLight(position=tuple(LIGHT), intensity=(np.pi,) * 3),))
 
@@ -82,6 +82,21 @@ def test_pictures_have_the_light_of_what_is_near_nodes():
     foot, above = (wall & (np.abs(nodes.position[:, 2] - height) < 0.05) for height in (0, 1 / 3))
     assert (found.irradiance[foot] < 0.1 * solved(scene, 0.34).irradiance[foot]).all()
     assert found.irradiance[above, 0].mean() == pytest.approx(from_floor(nodes.position[above]).mean(), rel=CHANGED)
+
+
+@pytest.mark.parametrize("share", ["diffuse", "specular", "transparent"])
+def test_tables_have_the_light_of_what_is_near_nodes(share):
+    """What elements receive, and what they reflect of it, is that of the corrected nodes at their corners."""
+    scene = shadowed_corner(wall=Material(name="wall", **{share: (0.6,) * 3}))
+    indirect = solved(scene, 0.34)
+    corrected = FinalGather(scene, indirect, Grid(scene), Tally(), 1024, reach=2.0).corrected(0)
+    foot = (indirect.elements.normal[:, 0] > 0.5) & (indirect.elements.centre[:, 2] < 0.34)
+    corners = indirect.elements.position.nodes[foot]
+    change = (corrected.irradiance - indirect.irradiance)[corners].mean(axis=1)
+    assert (change < -0.001).all()
+    np.testing.assert_allclose((corrected.received - indirect.received)[foot], change, rtol=1e-9)
+    ratio = indirect.radiosity[foot] / indirect.received[foot]
+    np.testing.assert_allclose(corrected.radiosity[foot], ratio * corrected.received[foot], rtol=1e-3)
 
 
 def test_nodes_of_curved_surfaces_keep_their_light():

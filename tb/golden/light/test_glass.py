@@ -282,6 +282,20 @@ def test_what_a_mirror_throws_of_a_point_light_diffuses(last, share):
     assert (kept * lit.elements.area) @ lit.received[:, 0] == pytest.approx(4, rel=0.01)
 
 
+@pytest.mark.parametrize("lights", [(), (PointLight(position=(0, 0, 0.5), intensity=(1, 1, 1)),)], ids=["sky", "point"])
+@pytest.mark.parametrize("rest", [{}, {"diffuse": (0.1,) * 3, "specular": (0.2,) * 3}], ids=["clear", "mixed"])
+@pytest.mark.parametrize("thin", [True, False], ids=["sheet", "body"])
+def test_the_radiosity_of_glass_is_what_it_reflects_of_all_that_arrives(thin, rest, lights):
+    """What it mirrors counts as diffuse, and what passes does not count."""
+    glass = Material(name="glass", transparent=(0.7,) * 3, thin=thin, **rest)
+    floor = rectangle((-1, -1, 0), (2, 0, 0), (0, 2, 0))
+    lit = solved(scene_of((floor, glass), lights=lights, background=(1, 2, 4)), 1)
+    passed, _ = quad(lambda cosine: 2 * cosine * (sheet(cosine) if thin else 1 - surface(cosine)), 1e-6, 1)
+    share = 0.7 * (1 - passed) + (0.3 if rest else 0)
+    assert (lit.received > 0).all()
+    np.testing.assert_allclose(lit.radiosity, share * lit.received, rtol=1e-3)
+
+
 @pytest.mark.parametrize("index", [1.33, 1.45, 1.5])
 def test_sheets_reflect_no_share_below_zero_in_the_first_pass(index):
     """All that clear sheets do not absorb goes on; however it is rounded, nothing negative is left."""
