@@ -7,6 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from golden.base.errors import InputError
+from golden.light.factors.rows import FactorRows
 from golden.light.factors.view_factors import ViewFactors
 
 __all__ = ["add_rays", "check_same_rows", "combined", "runs_of"]
@@ -30,24 +31,24 @@ def runs_of(factors: ViewFactors) -> list[tuple[float, int]]:
     return [tuple(run) for run in factors.settings.get("runs", [(factors.settings["error"], factors.settings["seed"])])]
 
 
-def check_same_rows(factors: ViewFactors, other: ViewFactors) -> None:
-    """The rows of both are the same sides, by area and normal, and their settings differ in errors and seeds alone.
+def check_same_rows(factors: ViewFactors, rows: FactorRows, unit: str) -> None:
+    """A result has errors, and is of these rows in this unit: its settings differ in errors and seeds alone.
 
     Raises
     ------
     InputError
-        They are not.
+        It is not.
     """
-    if len(factors) != len(other) or not (np.allclose(factors.area, other.area, rtol=1e-12, atol=0)
-                                          and np.allclose(factors.normal, other.normal, rtol=0, atol=1e-12)):
-        raise InputError("view factors: More must be view factors of the same patches", parameter="more")
-    mine, others = ({name: value for name, value in one.settings.items() if name not in ("error", "seed", "sky_error",
-                                                                                          "runs")}
-                    for one in (factors, other))
+    runs_of(factors)  # which checks it
+    mine, others = ({name: value for name, value in settings.items() if name not in ("error", "seed", "sky_error",
+                                                                                      "runs")}
+                    for settings in ({"unit": "m"} | factors.settings, rows.settings | {"unit": unit}))
     if mine != others:
         name = min(name for name in mine.keys() | others.keys() if mine.get(name) != others.get(name))
         raise InputError(f"view factors: More must be view factors of the same {name}, not of {mine.get(name)!r}",
                          parameter="more")
+    if len(factors) != len(rows):
+        raise InputError("view factors: More must be view factors of the same patches", parameter="more")
 
 
 def combined(first: ViewFactors, second: ViewFactors, *, error: float) -> ViewFactors:
@@ -91,17 +92,16 @@ def add_rays(stored: ViewFactors, run: Callable[[float, int], ViewFactors], *, e
     Parameters
     ----------
     stored
-        The result.
+        The result, of the rows of ``run`` (`check_same_rows`).
     run
         Function from a requested error and a seed to the view factors of the same rows.
     error, sky_error
-        The requested errors; None: the sky's does not matter.
+        The requested errors, None: the sky's does not matter.
     seed
         The least seed of the runs, which take those that no run has had.
     cancel
         Is called before each run and says whether to return what there is.
     """
-    runs_of(stored)  # which checks it
     while stored.largest_error > error or (sky_error is not None and stored.largest_sky_error > sky_error):
         if cancel is not None and cancel():
             break
@@ -112,7 +112,6 @@ def add_rays(stored: ViewFactors, run: Callable[[float, int], ViewFactors], *, e
         taken = {number for _, number in runs}
         number = next(one for one in range(seed, seed + len(taken) + 1) if one not in taken)
         found = run(float(np.clip(share**-0.5, _FINEST, _COARSEST)), number)
-        check_same_rows(stored, found)
         stored = combined(stored, found, error=error)
     return stored
 

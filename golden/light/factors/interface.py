@@ -5,7 +5,7 @@ from collections.abc import Callable
 from golden.base.errors import InputError
 from golden.cast.methods import RAY_METHODS, ray_caster
 from golden.cast.shared_caster import default_method
-from golden.light.factors.added_rays import add_rays
+from golden.light.factors.added_rays import add_rays, check_same_rows
 from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.rows import FactorRows
 from golden.light.factors.units import METRES, in_metres
@@ -93,11 +93,13 @@ def view_factors(geometry, *, names=None, two_sided: bool = False, error: float 
     warn_of_overlaps(scene)
     caster = ray_caster(scene, method, jobs=jobs)
 
-    def run(error, seed, sky_error=sky_error):
-        rows = FactorRows(scene, caster, error=error, sky_error=sky_error, sky_patches=sky_patches, seed=seed)
-        return in_metres(compute_view_factors(rows, progress=progress), unit)
+    def rows(error, seed):
+        return FactorRows(scene, caster, error=error, sky_error=sky_error, sky_patches=sky_patches, seed=seed)
+
+    def run(error, seed):
+        return in_metres(compute_view_factors(rows(error, seed), progress=progress), unit)
 
     if more is None:
         return run(error, seed)
-    FactorRows(scene, caster, error=error, sky_error=sky_error, sky_patches=sky_patches, seed=seed)  # checks them
+    check_same_rows(more, rows(error, seed), unit)
     return add_rays(more, run, error=error, sky_error=sky_error, seed=seed, cancel=cancel)

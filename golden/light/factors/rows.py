@@ -8,6 +8,7 @@ from scipy import sparse
 from golden.base.errors import InputError
 from golden.cast.casters import CastsRays
 from golden.cast.rays import Rays
+from golden.light.factors.blocks import scene_key
 from golden.light.factors.coincident_fronts import CoincidentFronts
 from golden.light.factors.draws import hemisphere_rays
 from golden.light.factors.exact_sky import FEW_TESTS, exact_sky
@@ -77,7 +78,7 @@ class FactorRows:
     kind, block_rows, jobs
         The class of blocks, the rows of one, and the blocks that may be computed at once.
     settings
-        What the values depend on beside the scene and the caster.
+        What the values depend on beside the caster; of the scene the `scene_key`.
     rays
         Rays of a row's hemisphere.
 
@@ -108,7 +109,7 @@ class FactorRows:
         self._division = None if sky_patches is None else SkyDivision(sky_patches, scene.up)
         optional = {"sky_error": sky_error, "sky_patches": sky_patches,
                     "zenith": None if sky_patches is None else list(map(float, scene.up))}
-        self.settings = {"error": error, "seed": seed} | {
+        self.settings = {"scene": scene_key(scene), "error": error, "seed": seed} | {
             name: value for name, value in optional.items() if value is not None}
         self.rays = int(np.clip(np.ceil(1 / error / REPLICATES) * REPLICATES, _FEWEST_RAYS, _MOST_RAYS))
 

@@ -7,9 +7,11 @@ import pytest
 
 from golden import view_factors
 from golden.base.errors import InputError
+from golden.light.factors import interface
 from golden.light.factors.added_rays import combined, runs_of
 from golden.light.factors.view_factors import ViewFactors
 from golden.scene.builtin import builtin_scene
+from tb.golden.light.scenes import rectangle
 
 SCENE = builtin_scene("cornell")
 
@@ -68,9 +70,29 @@ def test_a_result_that_is_good_enough_or_cancelled_stays(first):
 
 @pytest.mark.parametrize(("changed", "message"), [
     (lambda first: replace(first, error=None), "More must be view factors with errors"),
-    (lambda first: replace(first, area=2 * first.area), "More must be view factors of the same patches"),
+    (lambda first: first.by_surface(), "More must be view factors of the same patches"),
     (lambda first: replace(first, settings=first.settings | {"unit": "mm"}), "of the same unit, not of 'mm'")])
 def test_what_is_of_something_else_is_refused(first, changed, message):
     with pytest.raises(InputError, match=message) as caught:
         view_factors(SCENE, error=0.04, jobs=1, more=changed(first))
+    assert caught.value.parameter == "more"
+
+
+FACING = np.array([rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), rectangle((0, 0, 1), (0, 1, 0), (1, 0, 0)),
+                   rectangle((0.3, 0.3, 0.5), (0.4, 0, 0), (0, 0.4, 0))])
+
+OCCLUDER_MOVED = np.array([(0, 0, 0), (0, 0, 0), (0.2, 0, 0)])[:, None]
+
+
+@pytest.mark.parametrize(("change", "name"), [
+    ({"geometry": FACING * (1, 1, 3)}, "scene"), ({"geometry": FACING + OCCLUDER_MOVED}, "scene"),
+    ({"geometry": FACING[:2]}, "scene"), ({"two_sided": True}, "scene"), ({"unit": "mm"}, "unit"),
+    ({"sky_patches": "tregenza"}, "sky_patches")])
+@pytest.mark.parametrize("error", [0.1, 0.02])
+def test_a_result_of_other_geometry_or_options_is_refused_before_a_ray_is_cast(change, name, error, monkeypatch):
+    """However precise it is, and although its areas and normals may be the same."""
+    stored = view_factors(FACING, error=0.1, jobs=1)
+    monkeypatch.setattr(interface, "compute_view_factors", None)
+    with pytest.raises(InputError, match=f"More must be view factors of the same {name}") as caught:
+        view_factors(**{"geometry": FACING, "error": error, "jobs": 1, "more": stored} | change)
     assert caught.value.parameter == "more"
