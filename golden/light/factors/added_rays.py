@@ -51,27 +51,30 @@ def check_same_rows(factors: ViewFactors, rows: FactorRows, unit: str) -> None:
         raise InputError("view factors: More must be view factors of the same patches", parameter="more")
 
 
-def combined(first: ViewFactors, second: ViewFactors, *, error: float) -> ViewFactors:
+def combined(first: ViewFactors, second: ViewFactors, *, error: float, sky_error: float | None = None) -> ViewFactors:
     """The mean of two independent results, weighted by the squares of their requested errors.
 
     A mean of rows that close closes, and one of reciprocal factors is reciprocal. A factor that one of them has no
-    entry for is 0 there, with the standard error of such a factor.
+    entry for is 0 there, with the standard error of such a factor. A patch of the sky that a row of one has no entry
+    for has the least error of the row's others there, and if there are none that of the row's sky.
 
     Parameters
     ----------
     first, second
         Of the same rows.
-    error
-        That the settings of the result name as requested.
+    error, sky_error
+        Those that the settings of the result name as requested. Default of the sky's: that of ``first``.
     """
     runs = [*runs_of(first), *runs_of(second)]
     weights = [sum(size**-2.0 for size, _ in runs_of(one)) for one in (first, second)]
     shares = [weight / sum(weights) for weight in weights]
-    F, spread, unprojected = _mean(first, second, shares, ("F", "error", "unprojected"))
+    F, spread, unprojected = _mean(first, second, shares, ("F", "error", "unprojected"), [
+        np.full(len(one), one.largest_absent / 2) for one in (first, second)])
     sky = {}
     if first.sky_patches is not None:
         sky["sky_patches"], sky["sky_patches_error"], _ = _mean(first, second, shares,
-                                                               ("sky_patches", "sky_patches_error", "sky_patches"))
+                                                               ("sky_patches", "sky_patches_error", "sky_patches"),
+                                                               [_of_absent_sky(one) for one in (first, second)])
 
     def mean(name):
         return sum(share * getattr(one, name) for share, one in zip(shares, (first, second), strict=True))
@@ -82,7 +85,8 @@ def combined(first: ViewFactors, second: ViewFactors, *, error: float) -> ViewFa
             share * one.sky_error for share, one in zip(shares, (first, second), strict=True))),
         hidden_error=float(np.hypot(*(share * one.largest_absent / 2
                                       for share, one in zip(shares, (first, second), strict=True)))),
-        settings=first.settings | {"error": error, "runs": [list(run) for run in runs]}, **sky)
+        settings=first.settings | {"error": error, "runs": [list(run) for run in runs]}
+        | ({} if sky_error is None else {"sky_error": sky_error}), **sky)
 
 
 def add_rays(stored: ViewFactors, run: Callable[[float, int], ViewFactors], *, error: float, sky_error: float | None,
@@ -96,13 +100,14 @@ def add_rays(stored: ViewFactors, run: Callable[[float, int], ViewFactors], *, e
     run
         Function from a requested error and a seed to the view factors of the same rows.
     error, sky_error
-        The requested errors, None: the sky's does not matter.
+        The requested errors, the sky's of its patches too; None: the sky's does not matter.
     seed
         The least seed of the runs, which take those that no run has had.
     cancel
         Is called before each run and says whether to return what there is.
     """
-    while stored.largest_error > error or (sky_error is not None and stored.largest_sky_error > sky_error):
+    while stored.largest_error > error or (sky_error is not None and sky_error < max(
+            stored.largest_sky_error, stored.largest_sky_patch_error or 0)):
         if cancel is not None and cancel():
             break
         runs = runs_of(stored)
@@ -112,12 +117,28 @@ def add_rays(stored: ViewFactors, run: Callable[[float, int], ViewFactors], *, e
         taken = {number for _, number in runs}
         number = next(one for one in range(seed, seed + len(taken) + 1) if one not in taken)
         found = run(float(np.clip(share**-0.5, _FINEST, _COARSEST)), number)
-        stored = combined(stored, found, error=error)
+        stored = combined(stored, found, error=error, sky_error=sky_error)
     return stored
 
 
-def _mean(first, second, shares, names):
-    """Weighted means of two sparse matrices, their standard errors, and the means of a third pair of their patterns."""
+def _of_absent_sky(factors):
+    """The standard error of a patch of the sky without an entry, for each row.
+
+    That of a patch that no ray met is the least that `patch_errors` gives.
+    """
+    errors = factors.sky_patches_error
+    result = factors.sky_error.copy()
+    has = np.flatnonzero(np.diff(errors.indptr))
+    if len(has):
+        result[has] = np.minimum.reduceat(errors.data, errors.indptr[has])
+    return result
+
+
+def _mean(first, second, shares, names, absent):
+    """Weighted means of two sparse matrices, their standard errors, and the means of a third pair of their patterns.
+
+    ``absent``: for each row of both the standard error of what is no entry.
+    """
     matrices = [[getattr(one, name) for name in names] for one in (first, second)]
     pattern = sum(sparse.csr_array((np.ones(value.nnz), value.indices, value.indptr), shape=value.shape)
                   for value, _, _ in matrices)
@@ -126,10 +147,10 @@ def _mean(first, second, shares, names):
     row = np.repeat(np.arange(pattern.shape[0], dtype=np.int64), np.diff(pattern.indptr))
     keys = row * columns + pattern.indices
     sums, variance, others = np.zeros((3, len(keys)))
-    for one, share, (value, error, other) in zip((first, second), shares, matrices, strict=True):
+    for missing, share, (value, error, other) in zip(absent, shares, matrices, strict=True):
         own = np.repeat(np.arange(value.shape[0], dtype=np.int64), np.diff(value.indptr)) * columns + value.indices
         place = np.searchsorted(keys, own)
-        deviation = np.full(len(keys), one.largest_absent / 2)
+        deviation = missing[row]
         deviation[place] = error.data
         variance += (share * deviation)**2
         np.add.at(sums, place, share * value.data)

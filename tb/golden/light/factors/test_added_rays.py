@@ -96,3 +96,30 @@ def test_a_result_of_other_geometry_or_options_is_refused_before_a_ray_is_cast(c
     with pytest.raises(InputError, match=f"More must be view factors of the same {name}") as caught:
         view_factors(**{"geometry": FACING, "error": error, "jobs": 1, "more": stored} | change)
     assert caught.value.parameter == "more"
+
+
+@pytest.mark.parametrize("sky_patches", [None, "tregenza"])
+def test_added_rays_reach_the_error_of_the_sky_and_of_its_patches(sky_patches):
+    coarse, fine = 0.05, 0.01
+    stored = view_factors(FACING, error=0.05, sky_error=coarse, sky_patches=sky_patches, jobs=1)
+    found = view_factors(FACING, error=0.05, sky_error=fine, sky_patches=sky_patches, jobs=1, more=stored)
+    assert fine < max(stored.largest_sky_error, stored.largest_sky_patch_error or 0)
+    assert fine >= max(found.largest_sky_error, found.largest_sky_patch_error or 0)
+    assert found.settings["sky_error"] == fine
+    assert not len(found.sky_missed)
+
+
+def test_a_patch_of_the_sky_that_one_run_lacks_has_the_error_of_no_hits():
+    """2 / (n + 4) of n rays, in each row at most the least error of an entry, whatever the factors' error is."""
+    one, two = (view_factors(FACING, error=0.1, sky_error=0.02, sky_patches="reinhart", seed=seed, jobs=1)
+                for seed in (0, 1))
+    both = combined(one, two, error=0.1)
+    row, patch = both.sky_patches.nonzero()
+    least = [np.array([part.data.min() for part in (run.sky_patches_error[[number]] for number in range(len(run)))])
+             for run in (one, two)]
+    absent = [np.asarray(run.sky_patches[row, patch]) == 0 for run in (one, two)]
+    assert absent[0].any()
+    assert absent[1].any()
+    errors = [np.where(missing, bound[row], np.asarray(run.sky_patches_error[row, patch]))
+              for run, missing, bound in zip((one, two), absent, least, strict=True)]
+    np.testing.assert_allclose(both.sky_patches_error[row, patch], np.hypot(*errors) / 2, rtol=1e-12)
