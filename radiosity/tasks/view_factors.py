@@ -206,9 +206,11 @@ class ViewFactorTask:
         report, text = self._report(factors, method)
         if self._drop_below:
             dropped = float(written.F.diagonal().max())
-            report |= {"entries": written.F.nnz, "largest_dropped": dropped}
+            report |= {"entries": written.F.nnz, "largest_dropped": dropped, "largest_absent": written.largest_absent}
             text += (f"\nof these entries, those below {self._drop_below:g} went to the diagonal, up to {dropped:.3g} "
                      f"of a row: {written.F.nnz} are left")
+            if written.error is not None:
+                text += f", and a factor that is not may be up to {written.largest_absent:.1e}"
         if self._surfaces:
             report |= {"surfaces": count, "surfaces_output": self._surfaces}
             text += (f"\n{self._surfaces}: {counted(count, 'surface')}"

@@ -136,9 +136,13 @@ class FactorMatrix:
         """Estimated bound of a factor that is no entry; None if errors are unknown.
 
         Segments that all were blocked leave twice `hidden_error`, and a pair whose factor without occlusion is at most
-        half of the requested error has an entry only if a ray met it.
+        half of the requested error has an entry only if a ray met it. One that was `truncated` was measured below the
+        limit, to the requested error.
         """
-        return None if self.error is None else max(2 * self.hidden_error, self.settings.get("error", 0) / 2)
+        if self.error is None:
+            return None
+        error, dropped = self.settings.get("error", 0), self.settings.get("drop_below")
+        return max(2 * self.hidden_error, error / 2 if dropped is None else dropped + error)
 
     @property
     def largest_sky_patch_error(self) -> float | None:

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -42,6 +44,16 @@ def test_closure_and_reciprocity_stay_at_any_limit(least):
     found = truncated(four_sides(), least)
     assert found.closure < 1e-14
     assert found.reciprocity < 1e-14
+
+
+@pytest.mark.parametrize("least", [1e-9, 0.011, 0.035, 0.2, 1])
+@pytest.mark.parametrize("hidden_error", [0.0, 0.02, 0.9])
+def test_the_bound_of_an_absent_factor_holds_for_those_that_were_dropped(least, hidden_error):
+    factors = replace(four_sides(), hidden_error=hidden_error, settings={"error": 0.2})
+    found = truncated(factors, least)
+    lost = (factors.F.toarray() > 0) & (found.F.toarray() == 0)
+    possible = (factors.F.toarray() + 2 * factors.error.toarray())[lost]
+    assert found.largest_absent >= max(possible.max(initial=0), factors.largest_absent)
 
 
 def test_a_limit_that_a_factor_equals_keeps_it():
