@@ -42,7 +42,7 @@ def read_rays(path: Path) -> tuple[Rays, bool]:
 
 def _arrays(archive) -> dict[str, np.ndarray]:
     """The arrays of real numbers that rays consist of; InputError if they are not there."""
-    arrays = {name: archive[name] for name in ("origin", "direction", "tmax") if name in archive}
+    arrays = {name: np.asarray(archive[name]) for name in ("origin", "direction", "tmax") if name in archive}
     for name in ("origin", "direction"):
         if name not in arrays:
             raise InputError(f"rays: there must be an array {name!r}, not only {archive.files!r}")

@@ -50,6 +50,8 @@ class Sensors:
                              f"{position[bad[0]].tolist()} and {normal[bad[0]].tolist()}",
                              parameter="position")
         plane = np.full(len(position), -1) if self.plane is None else np.asarray(self.plane, dtype=np.int64)
+        if plane.shape != length[:, 0].shape:
+            raise InputError(f"sensors: Plane must be {len(position)} numbers, not {plane.shape!r}", parameter="plane")
         for name, value in (("position", position), ("normal", normal / length), ("plane", plane)):
             object.__setattr__(self, name, value)
 

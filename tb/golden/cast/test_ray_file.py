@@ -1,3 +1,5 @@
+import zipfile
+
 import numpy as np
 import pytest
 
@@ -38,6 +40,17 @@ def test_unusable_arrays_are_named(tmp_path, arrays, message):
     with pytest.raises(InputError, match=message) as caught:
         read_rays(tmp_path / "r.npz")
     assert "r.npz" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["origin", "direction", "tmax"])
+def test_a_member_that_is_no_array_is_named(tmp_path, name):
+    arrays = {"origin": ORIGIN, "direction": DIRECTION, "tmax": [2.0, np.inf]}
+    del arrays[name]
+    np.savez(tmp_path / "r.npz", **arrays)
+    with zipfile.ZipFile(tmp_path / "r.npz", "a") as archive:
+        archive.writestr(name, "0 0 0")
+    with pytest.raises(InputError, match=f"{name.capitalize()} must hold real numbers"):
+        read_rays(tmp_path / "r.npz")
 
 
 def test_files_that_are_no_archive_are_refused(tmp_path):

@@ -33,3 +33,10 @@ def test_only_a_sensor_on_a_surface_has_its_patch():
 def test_bad_sensors_are_refused(position, normal, message):
     with pytest.raises(InputError, match=message):
         Sensors(position=position, normal=normal)
+
+
+@pytest.mark.parametrize("plane", [(), (0,), (0, 1, 2), ((0, 1),), 0], ids=str)
+def test_each_sensor_has_its_plane(plane):
+    with pytest.raises(InputError, match="Plane must be 2 numbers") as caught:
+        Sensors(position=[(0, 0, 0), (1, 0, 0)], normal=[(0, 0, 1)] * 2, plane=plane)
+    assert caught.value.parameter == "plane"
