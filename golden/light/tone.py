@@ -5,9 +5,12 @@ import numpy as np
 from golden.base.errors import InputError
 from golden.scene.appearance import to_srgb
 
-__all__ = ["CURVES", "automatic_exposure", "luminance", "tone_map"]
+__all__ = ["CURVES", "automatic_exposure", "check_display", "luminance", "tone_map"]
 
 CURVES = ("reinhard", "linear")
+
+# Exponents of the display's power law that a PNG can state: its file has 10^5 over them as a whole number of 31 bits.
+_GAMMAS = 1e-4, 1e4
 
 # A typical scene's log-average is that of a reflectance of 0.18, which the curve below makes of this.
 _KEY = 0.18 / (1 - 0.18)
@@ -32,6 +35,22 @@ def automatic_exposure(image: np.ndarray) -> float:
     return float(_KEY / np.exp(np.log(lit).mean())) if lit.size else 1.0
 
 
+def check_display(exposure: float | None, gamma: float | None) -> None:
+    """Refuse what `tone_map` does not take, for whoever calls it after long work.
+
+    Raises
+    ------
+    InputError
+        Exposure is not a finite value above 0, or gamma is not 0.0001 to 10000.
+    """
+    if exposure is not None and not (np.isfinite(exposure) and exposure > 0):
+        raise InputError(f"tone mapping: Exposure must be a finite value above 0, not {exposure!r}",
+                         parameter="exposure")
+    if gamma is not None and not _GAMMAS[0] <= gamma <= _GAMMAS[1]:
+        raise InputError(f"tone mapping: Gamma must be {_GAMMAS[0]:g} to {_GAMMAS[1]:g}, not {gamma!r}",
+                         parameter="gamma")
+
+
 def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "reinhard",
              gamma: float | None = None, bits: int = 8) -> np.ndarray:
     """H x W x 3 linear radiance as a picture of 8 or 16 bits a channel.
@@ -44,18 +63,16 @@ def tone_map(image: np.ndarray, *, exposure: float | None = None, curve: str = "
         ``"reinhard"``: luminance L becomes L (1 + L/w^2) / (1 + L), where w, a luminance that 1 % of the pixels exceed
         but at least 1, becomes white (the paper's eq. 4; hue is kept). ``"linear"``: clipped at 1.
     gamma
-        Power law of the display; None is the sRGB curve (IEC 61966-2-1).
+        Power law of the display, 0.0001 to 10000; None is the sRGB curve (IEC 61966-2-1).
     bits
         8 or 16.
 
     Raises
     ------
     InputError
-        Exposure or gamma is not a finite value above 0, or the curve is unknown.
+        Exposure or gamma is out of range, or the curve is unknown.
     """
-    for name, value in (("Exposure", exposure), ("Gamma", gamma)):
-        if value is not None and not (np.isfinite(value) and value > 0):
-            raise InputError(f"tone mapping: {name} must be a finite value above 0, not {value!r}", parameter=name)
+    check_display(exposure, gamma)
     if curve not in CURVES:
         raise InputError(f"tone mapping: Curve must be {' or '.join(CURVES)}, not {curve!r}")
     linear = image * (automatic_exposure(image) if exposure is None else exposure)

@@ -11,6 +11,7 @@ from golden.base.summary import summary
 from golden.cast.default_camera import default_camera
 from golden.light.image import false_colour, write_png
 from golden.light.preview import Preview
+from golden.light.tone import check_display
 from golden.render.two_pass import RenderResult, RenderSettings, render
 from golden.scene.lights import PointLight
 from golden.scene.luminaires.luminaire import Luminaire
@@ -106,7 +107,7 @@ class RenderFiles:
     Raises
     ------
     InputError
-        A file cannot be written, or is named twice.
+        A file cannot be written, or is named twice; exposure or gamma is out of range.
     """
 
     images: tuple[Path, ...]
@@ -124,6 +125,7 @@ class RenderFiles:
         check_outputs(*self.heatmaps, suffixes=(".png",))
         check_outputs(self.stats, suffixes=(".json",))
         check_named_once(*self.outputs)
+        check_display(self.exposure, self.gamma)
 
     @property
     def outputs(self) -> tuple[Path | None, ...]:

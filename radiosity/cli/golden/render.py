@@ -35,7 +35,8 @@ _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--
           "seed": "--seed", "jobs": "--jobs", "azimuths": "--rays", "polars": "--rays", "cell": "--cell",
           "least_rays": "--least-rays", "least": "--least-rays",
           "fov": "--fov", "target": "--target", "up": "--up", "zenith": "--zenith", "clusters": "--clusters",
-          "sensor_table": "--sensor-table", "decades": "--decades", **DAYLIGHT_NAMED, **SHOOTING_NAMED}
+          "sensor_table": "--sensor-table", "decades": "--decades", "exposure": "--exposure", "gamma": "--gamma",
+          **DAYLIGHT_NAMED, **SHOOTING_NAMED}
 
 
 def render_command(machine=None, *, method: str | None = None, quality: str = "normal",

@@ -57,7 +57,7 @@ def test_png_of_16_bits_holds_the_picture_exactly(tmp_path):
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16])
-@pytest.mark.parametrize(("gamma", "inverse"), [(None, 45455), (2.0, 50000)])
+@pytest.mark.parametrize(("gamma", "inverse"), [(None, 45455), (2.0, 50000), (1e-4, 10**9), (1e4, 10)])
 def test_png_states_its_primaries_and_its_curve(tmp_path, kind, gamma, inverse):
     """White D65 first, then red, green and blue of BT.709, in units of 1e-5; sRGB alone has a chunk of its own."""
     write_png(tmp_path / "a.png", np.zeros((2, 2, 3), dtype=kind), gamma=gamma)

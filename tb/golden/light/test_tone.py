@@ -74,7 +74,7 @@ def test_reinhard_halves_unit_luminance_below_a_far_white_and_keeps_hue():
 
 @pytest.mark.parametrize("bad", [
     {"exposure": 0.0}, {"exposure": -1.0}, {"exposure": np.nan}, {"exposure": np.inf}, {"gamma": 0.0},
-    {"gamma": np.nan}, {"curve": "filmic"},
+    {"gamma": np.nan}, {"gamma": 9.9e-5}, {"gamma": 1.1e4}, {"curve": "filmic"},
 ])
 def test_bad_settings_are_named(bad):
     with pytest.raises(InputError, match=next(iter(bad)).capitalize()):

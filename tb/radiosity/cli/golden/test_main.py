@@ -136,6 +136,7 @@ BAD = {
     "shooting under a sky": ({}, (*RENDER, "--shoot", "0.1", "--sky", "1,1,1"), "--shoot: It has a background"),
     "unknown method": ({}, (*RENDER, "--method", "octree"), "octree"),
     "unknown tone curve": ({}, (*RENDER, "--tone", "filmic"), "filmic"),
+    "gamma that no picture states": ({}, (*RENDER, "--gamma", "1e-5"), "--gamma: Gamma must be"),
     "exposure not a number": ({}, (*RENDER, "--exposure", "nan"), "--exposure"),
     "scale without false colours": ({}, (*RENDER, "--decades", "3"), "--decades"),
     "picture of other bits": ({}, (*RENDER, "--bits", "12"), "--bits"),
