@@ -23,6 +23,8 @@ class CellFetch(wiring.Component):
     A list that is not within the patch lists is an error, and so is a cell or a part that does not exist, or the last
     part that can be named of a list that has more; for these no transaction is issued.
 
+    A record is accepted whether or not the lists of those before it have been requested: no reply waits for a request.
+
     Parameters
     ----------
     config
@@ -75,8 +77,12 @@ class CellFetch(wiring.Component):
         # Parts with outstanding entries: how many, and whether another part follows.
         part = StructLayout({"slot": range(fetches), "count": range(self._ids + 1), "more": 1, "error": 1})
         m.submodules.parts = parts = Queue(part, depth=fetches)
+        # Lists to request: each has a part, so there is an entry for it.
+        lists = self._readers[1]
+        m.submodules.extents = extents = Queue(lists.i.payload.shape(), depth=fetches)
+        wiring.connect(m, extents.o, lists.i)
         self._add_records(m, queue)
-        self._add_lists(m, queue, parts)
+        self._add_lists(m, queue, parts, extents.i)
         self._add_fills(m, parts)
         return m
 
@@ -94,14 +100,13 @@ class CellFetch(wiring.Component):
             m.d.sync += [pending.eq(self.i.valid), fetch.eq(self.i.payload), known.eq(cell < self.scene.cells),
                          address.eq(self.cells_base + (cell << CELL_BITS))]
 
-    def _add_lists(self, m, queue, parts):
+    def _add_lists(self, m, queue, parts, extents):
         """Checks the list of a record, and locates the part and counts its entries."""
-        records, lists = self._readers
+        records, part, extent = self._readers[0], parts.i.payload, extents.payload
         oldest, word = queue.o.payload, records.o.payload
         pointer, count, before = (Signal(WORD, reset_less=True, name=name) for name in ("pointer", "count", "before"))
         end, left = Signal(WORD + 1, reset_less=True), Signal(WORD + 1, reset_less=True)
-        failed, wrong = Signal(), Signal()
-        part, address = Signal(parts.i.payload.shape(), reset_less=True), Signal(len(self.lists_base), reset_less=True)
+        failed, wrong, address = Signal(), Signal(), Signal(len(self.lists_base), reset_less=True)
         with m.FSM():
             with m.State("Read a record"), m.If(queue.o.valid & (records.o.valid | ~oldest.known)):
                 m.d.comb += records.o.ready.eq(oldest.known)
@@ -119,16 +124,12 @@ class CellFetch(wiring.Component):
             with m.State("Count"):
                 fits = left[:WORD] <= self._ids
                 error = failed | wrong | (~fits & oldest.fetch.key.part.all())
-                m.d.sync += [part.slot.eq(oldest.fetch.slot), part.error.eq(error),
-                             part.count.eq(Mux(error, 0, Mux(fits, left, self._ids))), part.more.eq(~fits & ~error)]
-                m.next = "Request"
-            with m.State("Request"):
-                requests = part.count != 0
                 m.d.comb += [
-                    lists.i.valid.eq(requests & parts.i.ready), lists.i.payload.address.eq(address),
-                    lists.i.payload.length.eq(part.count - 1), lists.i.payload.narrow.eq(1),
-                    parts.i.valid.eq(~requests | lists.i.ready), parts.i.payload.eq(part)]
-                with m.If(parts.i.valid & parts.i.ready):
+                    parts.i.valid.eq(1), part.slot.eq(oldest.fetch.slot), part.error.eq(error),
+                    part.count.eq(Mux(error, 0, Mux(fits, left, self._ids))), part.more.eq(~fits & ~error),
+                    extents.valid.eq(parts.i.ready & (part.count != 0)), extent.address.eq(address),
+                    extent.length.eq(part.count - 1), extent.narrow.eq(1)]
+                with m.If(parts.i.ready):
                     m.d.comb += queue.o.ready.eq(1)
                     m.next = "Read a record"
 

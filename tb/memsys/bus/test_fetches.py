@@ -157,10 +157,9 @@ class TestCellFetch(Fetches):
             if entries is not None:
                 read = max(read, next(records))
                 found["i_reply__0"].append(read)
-            passes = max(read + 4, left[-FETCHES] + 1)
+            passes = max(read + 3, left[-FETCHES] + 1)
             if entries:
-                passes = max(passes, request + 1)
-                request = trace.ready("o_request__1", passes + 1)
+                request = trace.ready("o_request__1", max(passes, request) + 2)
                 found["o_request__1"].append(request)
             word = max(word, passes)
             for index in range(self.size):

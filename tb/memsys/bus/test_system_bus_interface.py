@@ -88,6 +88,19 @@ def vectors(policy, count, *, seed, fails=False):
                    expected=expected, ports=PORTS, about=UNREADABLE if fails else ())
 
 
+def test_no_reply_waits_for_a_request():
+    """Memory accepts so many requests, and no other one before it has answered them."""
+    bench = ScheduleBench(SystemBusInterface(config=CONFIG), idle_limit=60)
+    memory = Responder("o_request", "i_reply", lambda request: beats(request, ()), after=12)
+    requests = [(0, kind, key) for key in range(8) for kind in RequestKind]
+    for accepted in range(1, 3 * CONFIG.memsys.cache_fetches):
+        came = bench.run(Schedule(
+            first={"i_invalidate": [CachePolicy.LRU.value]}, stalls={"o_request": [0] * accepted + [300]},
+            items={"i_request": [(0, request) for request in bus_requests(requests)]}), memory, **PORTS)
+        answers = sum(request["length"] + 1 for request in came["o_request"][:accepted])
+        assert bench.cycles["i_reply"][answers - 1] < bench.cycles["o_request"][accepted], f"{accepted} requests"
+
+
 def test_hits_come_beat_after_beat():
     memory = Responder("o_request", "i_reply", lambda request: beats(request, ()), after=12)
     bench = ScheduleBench(SystemBusInterface(config=CONFIG), idle_limit=60)
