@@ -51,7 +51,7 @@ class ResultPacker(wiring.Component):
     wrong : Out(1)
         The hit that is being accepted is the last one, but not of a row.
     overflow : Out(1)
-        The sum that is being accepted has overflowed; it is not written.
+        The sum that is being accepted should be written, but has overflowed.
 
     Timing
     ------
@@ -97,7 +97,7 @@ class ResultPacker(wiring.Component):
             self.i_sum.ready.eq(in_sums & free), ends_hits.eq(takes_hit & ends_item & hit.last),
             ends_sums.eq(takes_sum & total.last),
             self.wrong.eq(ends_hits & (hit.column != extent.last_column)),
-            self.overflow.eq(takes_sum & total.is_sum & total.overflow)]
+            self.overflow.eq(takes_sum & extent.sums & total.is_sum & total.overflow)]
         # The next hit is the last one of its row: known with the one before.
         ends_row, before_last = Signal(), Signal.like(extent.last_column, reset_less=True)
         with m.If(takes_hit):

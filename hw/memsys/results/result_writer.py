@@ -29,9 +29,9 @@ class ResultWriter(wiring.Component):
     them, then all sums up to ``last``: each section has an item of either.
 
     A write that memory answers with an error ends the section with `Fault.WRITE_REPLY` and the address of the first
-    beat of its request; a sum that has overflowed with `Fault.OVERFLOW` and its patch as the address; a last hit that
-    is not the last one of a row with `Fault.NO_RECORD`. After the first fault no request is offered; hits and sums are
-    accepted and discarded.
+    beat of its request; a sum that should be written and has overflowed with `Fault.OVERFLOW` and its patch as the
+    address; a last hit that is not the last one of a row with `Fault.NO_RECORD`. After the first fault no request is
+    offered; hits and sums are accepted and discarded.
 
     Parameters
     ----------

@@ -96,7 +96,7 @@ def test_what_is_discarded(packer):
 
 
 def test_what_is_wrong(packer):
-    """A sum that has overflowed, but no item without a sum; a last hit that ends no row."""
+    """A sum that is to be written and has overflowed, but no item without a sum; a last hit that ends no row."""
     config, bench = packer
     sections = [drawn_section(400 + k, config, base=1 << 20) for k in range(24)]
     items = joined(sections)
@@ -109,8 +109,10 @@ def test_what_is_wrong(packer):
     ends = {(one.command.section.end_row - 1) & 1 for one in sections}
     assert ends == {0, 1}
     sums, hits = bench.cycles["i_sum"], bench.cycles["i_hit"]
-    assert _cycles(bench, "overflow") == [cycle for cycle, one in zip(sums, items["i_sum"], strict=True) if (
-        one["overflow"] and one["is_sum"])]
+    is_written = [one.command.sums for one in sections for _ in one.sum_items]
+    assert {*is_written} == {False, True}
+    assert _cycles(bench, "overflow") == [cycle for cycle, one, is_written in zip(
+        sums, items["i_sum"], is_written, strict=True) if one["overflow"] and one["is_sum"] and is_written]
     assert _cycles(bench, "wrong") == [cycle for cycle, one in zip(hits, items["i_hit"], strict=True) if (
         one["last"] and one["row"] & 1)]
 

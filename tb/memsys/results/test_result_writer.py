@@ -186,15 +186,16 @@ def test_errors_of_memory(bits, wrong):
         assert {b - a for a, b in pairwise(cycle for cycle in hits if cycle > answer + 1)} <= {1, 2}
 
 
-@pytest.mark.parametrize("number", [0, 1, 8])
-def test_overflow(number):
-    """Of a sum: the section ends with its patch; of sums that are not written too."""
-    sections = [drawn_section(40 + k, CONFIGS[64], base=APART * (k + 1), sums=k < 2) for k in range(3)]
+@pytest.mark.parametrize(("number", "hit_format"), [*zip((0, 1, 4, 8), HitFormat, strict=True)])
+def test_overflow(number, hit_format):
+    """Of a sum: the section ends with its patch; but not of one that is not written, whatever hits are."""
+    sections = [drawn_section(40 + k, CONFIGS[64], base=APART * (k + 1), sums=k < 2, hit_format=hit_format)
+                for k in range(3)]
     sections = [replace(one, patches=[*range(9, 18)], sums=[3] * 9) for one in sections]
 
     def change(items):
-        at = 9 + number
-        items["i_sum"][at] = {**items["i_sum"][at], "overflow": 1}
+        for at in 9 + number, 18 + number:
+            items["i_sum"][at] = {**items["i_sum"][at], "overflow": 1}
         return items
 
     memory, over = run(sections, 64, change=change)
@@ -204,6 +205,7 @@ def test_overflow(number):
     assert {address: right.get(address) for address in memory.bytes} == memory.bytes
     assert not any(address >= sections[1].command.sums_address + 8 * number for address in memory.bytes
                    if address in sections[1].memory and address >= sections[1].command.sums_address)
+    assert {address: memory.bytes.get(address) for address in sections[2].memory} == sections[2].memory
 
 
 @pytest.mark.parametrize("hit_format", HitFormat)
