@@ -20,10 +20,10 @@ _COUNT_BITS = 32
 class ClusterWatch(wiring.Component):
     """Looks at one node per cycle: at its cluster, if it has one, and at its network interface.
 
-    A cluster is late when its oldest section has been the oldest for ``watchdog`` cycles, counted in steps of
-    ``nodes``; a load when it has been read for so many. A fault of a cluster is a time-out of its memory path. Of
-    several in one cycle the first of these is the culprit: a late cluster, a late load, a fault of a cluster, one of a
-    node's network interface.
+    A cluster is late when its oldest section has been the oldest for ``watchdog`` cycles, counted in steps of ``nodes``
+    up to the last number; a load when it has been read for so many. A fault of a cluster is a time-out of its memory
+    path. Of several in one cycle the first of these is the culprit: a late cluster, a late load, a fault of a cluster,
+    one of a node's network interface.
 
     Parameters
     ----------
@@ -71,10 +71,11 @@ class ClusterWatch(wiring.Component):
         m.submodules.ages = ages = Memory(shape=_COUNT_BITS, depth=max(2, nodes), init=[],
                                           attrs={"ram_style": "distributed"})
         read, write, counts, limit = ages.read_port(domain="comb"), ages.write_port(), Signal(), self.watchdog
+        age = read.data + nodes
         m.d.comb += [
             counts.eq(self.live & self.waits.bit_select(number, 1) & ~restarts.bit_select(number, 1)),
             read.addr.eq(number), write.addr.eq(number), write.en.eq(1),
-            write.data.eq(Mux(counts, read.data + nodes, 0))]
+            write.data.eq(Mux(counts, Mux(age[_COUNT_BITS], -1, age), 0))]
         late, load_late, load_age = Signal(), Signal(), Signal(_COUNT_BITS)
         m.d.sync += [late.eq(counts & (limit != 0) & (read.data >= limit)),
                      load_late.eq(self.reads & (limit != 0) & (load_age >= limit)),

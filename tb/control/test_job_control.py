@@ -10,12 +10,14 @@ import pytest
 
 from golden.engine.config import PRESETS
 from golden.engine.jobs.completion import NO_CLUSTER
+from hw.control import cluster_watch
 from hw.control.job_control import JobControl
 from hw.noc.network_fault import NetworkFault
 from hw.registers.error_code import ErrorCode
 from tb.control.control_bench import ControlBench, Script
 from tb.control.job_units import COPIES, IMAGE, RING, JobUnits, Plan
 from tb.lib.coverage import Coverage
+from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.seed import SEED
 from tb.lib.timing import documented_latency
 
@@ -317,6 +319,18 @@ def test_the_watchdog(benches, nodes):
     found, units = play(benches, Plan(nodes=nodes, cycles=60, watchdog=3, slowest=24, kinds=("load",), resumes=False))
     assert [(codes([record]), record["cluster"]) for record in units.records] == [(["WATCHDOG"], NO_CLUSTER)]
     assert found[-1][1]["status"]["halted"]
+
+
+@pytest.mark.parametrize("nodes", NODES)
+def test_every_watchdog_ends_a_section(nodes, monkeypatch):
+    """The last ones too, here of few bits: ages stop at their end."""
+    monkeypatch.setattr(cluster_watch, "_COUNT_BITS", 4)
+    bench = ScheduleBench(cluster_watch.ClusterWatch(config=CONFIGS[nodes]), idle_limit=16 + 3 * nodes,
+                          watched=["culprit"])
+    for limit in range(1, 16):
+        bench.run(Schedule(items={}), live=1, waits=1, watchdog=limit)
+        late = next(cycle for cycle, culprit in enumerate(bench.history["culprit"]) if culprit)
+        assert limit <= late <= limit + 3 * nodes
 
 
 def test_a_section_may_take_as_many_cycles_as_the_watchdog_allows(benches):
