@@ -26,6 +26,7 @@ from hw.lib.arbiter import Arbiter
 from hw.lib.checks import claim
 from hw.lib.queue import Queue
 from hw.lib.skid_buffer import SkidBuffer
+from hw.memsys.load.image_layout import RegionNumber
 from hw.memsys.load.table_load import TableLoad
 from hw.memsys.memory_system import COUNTERS as MEMORY_COUNTERS
 from hw.memsys.memory_system import MemorySystem
@@ -189,6 +190,7 @@ class Cluster(wiring.Component):
             mine.eq(given.is_all | (given.cluster == self.number)),
             load.i.valid.eq(words.o.valid & mine), load.i.payload.eq(given.item),
             words.o.ready.eq(load.i.ready),
+            memory.reloads.eq(words.o.valid & (given.item.region == RegionNumber.PATCHES)),
             tables.i.valid.eq(words.o.valid & mine & load.i.ready), tables.i.payload.eq(given.item)]
         for name in _TABLES:
             wiring.connect(m, getattr(tables, f"o_{name}"), getattr(memory, f"i_load_{name}"))

@@ -71,7 +71,7 @@ class MemorySystem(wiring.Component):
 
     A faulty cell or patch is flagged and dropped; the others are not delayed. A patch that is not in the memory named
     for it is flagged by the cluster that requests it, and leaves with vertices of 0, which no ray hits. The store is
-    emptied after each load of cells, residence or patches.
+    emptied after each load of cells, residence or patches, of whatever node.
 
     Parameters
     ----------
@@ -88,6 +88,8 @@ class MemorySystem(wiring.Component):
         Likewise.
     i_load_geometry : In, stream of `PathFormats.geometry_load`
         Likewise.
+    reloads : In(1)
+        A node loads patches, this one or another one. Likewise.
     scene : In(PathFormats.scene)
         Numbers of the scene. Stable after the load.
     cluster : In(PathFormats.cluster)
@@ -137,7 +139,8 @@ class MemorySystem(wiring.Component):
         super().__init__({
             **{f"i_load_{name}": In(stream.Signature(getattr(formats, load), always_ready=True))
                for name, load in LOADS.items()},
-            "scene": In(formats.scene), "cluster": In(formats.cluster), "i_start": In(stream.Signature(0)),
+            "reloads": In(1), "scene": In(formats.scene), "cluster": In(formats.cluster),
+            "i_start": In(stream.Signature(0)),
             "i_cell": In(stream.Signature(icu.cell)), "o_vertex": Out(stream.Signature(icu.patch_vertex)),
             "o_request": Out(request), "i_reply": In(stream.Signature(icu.patch_vertex)), "i_remote": In(request),
             "o_remote": Out(stream.Signature(formats.remote_reply)),
@@ -342,7 +345,7 @@ class MemorySystem(wiring.Component):
         m.d.comb += [lost.i.valid.eq(bus.lost_patch), lost.i.payload.eq(bus.patch)]
         with m.If(store.i_start.valid & store.i_start.ready):
             m.d.sync += is_old.eq(0)
-        with m.If(self.i_load_cells.valid | self.i_load_types.valid | self.i_load_geometry.valid):
+        with m.If(self.i_load_cells.valid | self.i_load_types.valid | self.reloads):
             m.d.sync += is_old.eq(1)
         return _Others(starts=((store.i_start, is_old),), lost=tuple(store.lost), remote=fills.left[0], hits=store.hits,
                        deferred=store.deferred, taken=store.taken)

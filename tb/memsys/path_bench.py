@@ -147,6 +147,14 @@ class Bench:
         await invalidate.send([CachePolicy[policy].value])
         await ClockCycles(dut.clk, 6)
 
+    async def reload(self):
+        """Patches of a node that no cluster here is."""
+        self.clear_stores()
+        for reloads in (1, 0):
+            for k in range(self.clusters):
+                getattr(self.dut, f"reloads__{k}").value = reloads
+            await self.edge
+
     def clear_stores(self):
         """Nothing is kept."""
         for store in self.stores:

@@ -139,6 +139,27 @@ def test_units_begin_with_what_was_loaded(cluster, made):
     assert [one["last"] for one in cells] == [0] * (len(cells) - 1) + [1]
 
 
+def test_patches_of_every_node_are_reloaded(cluster):
+    """Copies of them are old, also if none of them are the cluster's own."""
+    dut, reloads = cluster.dut, cluster.units["MemorySystem"].reloads
+
+    async def bench(ctx):
+        ctx.set(cluster.units["IntersectionUnit"].i_table.ready, 1)
+        for region in RegionNumber:
+            for number, is_all in (0, 0), (1, 0), (0, 1):
+                item = {"region": region.value, "record": 0, "word": 0, "data": 0}
+                ctx.set(dut.i_word.payload.as_value(), pack(ControlFormats(CONFIG).load_word, {
+                    "item": item, "cluster": number, "is_all": is_all}))
+                ctx.set(dut.i_word.valid, 1)
+                await ctx.tick().until(dut.i_word.ready)
+                ctx.set(dut.i_word.valid, 0)
+                assert ctx.get(reloads) == (region is RegionNumber.PATCHES), f"{region} of {number}"
+                await ctx.tick().until(~dut.loads)
+                assert not ctx.get(reloads)
+
+    cluster.simulate(bench)
+
+
 def test_a_cell_between_traversal_and_memory_system_is_in_flight(cluster):
     """The memory system is drained while it has not accepted the cell."""
     memory, traversal = cluster.units["MemorySystem"], cluster.units["TraversalUnit"]

@@ -77,13 +77,17 @@ async def reset_in_flight(dut):
 
 @cocotb.test()
 async def store_counts(dut):
-    """Golden's counters, to the patch, of frusta that find what others have left in the stores; a load empties them."""
+    """Golden's counters, to the patch, of frusta that find what others have left in the stores; a load empties them, of
+    patches of other nodes alone too.
+    """
     await start(dut, cycles=options()["cycles"])
     bench = Bench(dut, source="random", sink="random")
     for shares in ((1.0, 1.0, 0.3, 1.0), (0.5, 1.0)):
         await bench.load()
         for share in shares:
             await bench.frustum(share)
+    await bench.reload()
+    await bench.frustum()
     requests = sum(store.hits + store.misses for store in bench.stores)
     assert all(store.hits > 20 and store.misses > 20 for store in bench.stores), "both occur"
     assert bench.mesh.request_count < requests
