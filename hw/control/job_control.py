@@ -48,8 +48,8 @@ class JobControl(wiring.Component):
     The watchdog of a cluster counts the cycles since its oldest section was sent or the one before was collected, in
     steps of ``nodes``; that of a load its cycles. Of errors of one cycle the first of these is latched: watchdog,
     record, load of a resume, cluster, network, ring, doorbell, command. In the cycle of a clear they come after it.
-    What main memory has answered to a load, to the ring or to a record has the code of the port's first fault, if that
-    is of the same direction.
+    What main memory has answered to a load, to the ring or to a record has the code of the port's first fault since the
+    last load began, a clear or a stop, whichever access had it, if that is of the same direction; else of a reply.
 
     Parameters
     ----------

@@ -50,6 +50,10 @@ After `READ_TIMEOUT` all reads end as errors until all late beats have arrived: 
 `READ_REPLY`. Repeat the load until it ends without an error. If a burst never ends, no load succeeds: reset the machine
 and its memory together. After `WRITE_TIMEOUT` the same holds of writes and `WRITE_REPLY`.
 
+The code of a load, of the ring or of a completion record that main memory has not served is that of the memory port's
+first fault since the last load began, `command.clear` or a stop, whichever access had it; `READ_REPLY` or
+`WRITE_REPLY` if there is none, or if it is of the other direction.
+
 {errors}
 ## Counters
 
