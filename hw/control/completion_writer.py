@@ -8,7 +8,7 @@ from amaranth.lib.wiring import In, Out
 from golden.engine.config import Config
 from hw.control.job_formats import COMPLETION_WORDS, WORD_BITS, JobFormats, elements
 from hw.lib.round_robin import RoundRobin
-from hw.memsys.port.memory_formats import MemoryFormats
+from hw.memsys.port.memory_formats import MemoryFormats, saturated
 from hw.registers.engine_registers import RING_BITS
 
 __all__ = ["CompletionWriter"]
@@ -190,7 +190,7 @@ class CompletionWriter(wiring.Component):
         step = self._length * self._lanes * WORD_BITS // 8
         m.d.comb += [
             request.valid.eq((requested != collected) & ~self.failed & ~self.stops),
-            request.payload.address.eq(self._address(requested) + part * step),
+            request.payload.address.eq(saturated(self._address(requested) + part * step, len(self.completions))),
             request.payload.length.eq(self._length - 1), requests.eq(request.valid & request.ready),
             # Beats follow their request.
             data.valid.eq(((sent != requested) | (beat < part * self._length)) & ~self.stops),

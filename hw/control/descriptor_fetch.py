@@ -12,7 +12,7 @@ from hw.control.job_formats import DESCRIPTOR_WORDS, NEAR_INDEX, WORD_BITS, JobF
 from hw.lib.checks import count_steps
 from hw.lib.pipeline import Pipeline
 from hw.lib.queue import Queue
-from hw.memsys.port.memory_formats import MemoryFormats
+from hw.memsys.port.memory_formats import MemoryFormats, saturated
 from hw.memsys.port.word_reader import WordReader
 from hw.registers.engine_registers import RING_BITS
 
@@ -125,8 +125,8 @@ class DescriptorFetch(wiring.Component):
             left.eq(near.o.payload["count"] - done), chunk.eq(Mux(left < CHUNK, left, CHUNK)),
             is_near.eq(near.o.valid & (reserved <= NEAR_WORDS - CHUNK)),
             entry.eq(number & ((1 << self.ring_bits) - 1)), extents.i.payload.eq(is_near),
-            extent.address.eq(Mux(is_near, near.o.payload.address + (done << 3),
-                                  self.ring + (entry << 7) + (entry << 6))),
+            extent.address.eq(saturated(Mux(is_near, near.o.payload.address + (done << 3),
+                                            self.ring + (entry << 7) + (entry << 6)), len(self.ring))),
             extent.length.eq(Mux(is_near, chunk, DESCRIPTOR_WORDS) - 1), extent.narrow.eq(0)]
         requests, may = Signal(), Signal()
         m.d.comb += [

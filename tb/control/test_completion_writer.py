@@ -11,6 +11,7 @@ from tb.control.job_descriptors import WIDTHS
 from tb.lib.bench import Bench
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
+from tb.memsys.results.extent import saturated
 
 SIZE = COMPLETION.dtype.itemsize
 
@@ -23,7 +24,7 @@ class TestCompletionWriter(Bench):
     def model(self, config):
         """A record is held from its last word to the answer to its last request; a reset or a failure repeats all."""
         size, clusters = config.memory.beat_bytes, config.noc.clusters
-        length = min(SIZE // size, 1 << config.memory.length_bits)
+        length, bits = min(SIZE // size, 1 << config.memory.length_bits), config.memory.address_bits
         beats, parts = SIZE // size, SIZE // size // length
         # The last source, and the one whose record is being collected; of records that are held the requests, beats
         # and answers since the last reset.
@@ -47,9 +48,10 @@ class TestCompletionWriter(Bench):
             outputs = {
                 **{f"i__{k}": runs and k == source for k in range(clusters)}, "i_record": ends and own,
                 "source": None if source is None or own else source, "completed": done, "empty": self.empty,
-                "o_collected": source if ends and not own else None, "failed": self.failed, "address": address(done),
-                "o_request": {"address": address(done + requested // parts, requested % parts), "length": length - 1,
-                              "tag": 0} if asks else None,
+                "o_collected": source if ends and not own else None, "failed": self.failed,
+                "address": address(done) % (1 << bits),
+                "o_request": {"address": saturated(address(done + requested // parts, requested % parts), bits),
+                              "length": length - 1, "tag": 0} if asks else None,
                 "o_data": {"data": int.from_bytes(held[sent // beats][beat:beat + size], "little"),
                            "strobe": (1 << size) - 1} if sends else None}
             if moves:
@@ -98,14 +100,18 @@ class TestCompletionWriter(Bench):
             yield {"error": int(random.random() < 0.08)} if name == "i_written" else item
 
     def drive(self, given, random):
-        """A reset loses the clusters' records; a retry follows it. The ring may change while it is not used."""
+        """A reset loses the clusters' records; a retry follows it. The ring may change while it is not used, and
+        may reach beyond the end of memory.
+        """
         given.stops = int(random.random() < (0.5 if self.stopped else 0.1 if self.failed else 0.01))
         given.retry = int(random.random() < 0.1 and (self.is_repaired or not self.failed))
         if self.stopped:
             for name in [name for name in vars(given) if name.startswith("i__")]:
                 setattr(given, name, None)
         if (self.empty or self.failed) and random.random() < 0.1:
-            self.registers = 64 * random.randrange(1 << 20), random.choice((0, 1, 2, 5, 31))
+            top = 1 << self.config().memory.address_bits
+            self.registers = 64 * random.choice((random.randrange(1 << 20), top // 64 - random.randrange(1, 9))), (
+                random.choice((0, 1, 2, 5, 31)))
         given.completions, given.ring_bits = self.registers
 
 

@@ -10,6 +10,7 @@ from tb.control.job_descriptors import WIDTHS, byte_at, descriptor, near_words, 
 from tb.lib.responder import Responder
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
+from tb.memsys.results.extent import saturated
 
 BASE = PRESETS["tiny"].replace({"ctu.near_cell_bits": 9})
 RING = 0x7C0
@@ -130,6 +131,19 @@ def test_near_cells_that_are_not_read(fetch, fields):
     ones = [descriptor(fetch.config, draw, **{"near_count": 5, **fields}), descriptor(fetch.config, draw)]
     assert near_words(ones[0], fetch.config) == 0
     assert fetch.run(ones)["o"] == fetch.expected(ones)
+
+
+@pytest.mark.parametrize("bits", [16, 40])
+def test_what_lies_past_the_end_of_memory_stays_there(bits):
+    """A ring and near cells that reach beyond it, also around the whole of a small memory."""
+    fetch, top, beyond = Fetch(64, **{"memory.address_bits": bits}), 1 << bits, random.Random(bits).randrange(2, 9999)
+    near = descriptor(fetch.config, random.Random(3), near_count=64, near_cells=top - 128)
+    found = fetch.run([near])
+    assert [request["address"] for request in found["o_request"]][1:] == [top - 128, top]
+    for taken in 1, beyond:
+        found = fetch.bench.run(Schedule(items={}), ring=top - SIZE, ring_bits=31, taken=taken, doorbell=taken + 1,
+                                enable=1)
+        assert [request["address"] for request in found["o_request"]] == [saturated(top + SIZE * (taken - 1), bits)]
 
 
 def test_replies_never_wait(fetch):

@@ -66,7 +66,7 @@ class BeatWriter(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         memory, lanes, low = self._config.memory, lanes_of(self._config), self._memory.low_bits
-        number = self._memory.beat_bits
+        number = len(self.i.payload.number)
         m.submodules.beats = beats = Queue(
             StructLayout({"data": memory.data_bits, "lanes": lanes, "ends": 1}), depth=DEPTH)
         m.submodules.requests = requests = Queue(

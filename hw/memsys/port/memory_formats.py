@@ -1,5 +1,6 @@
 """Payloads of the streams to and from main memory."""
 
+from amaranth.hdl import Cat, Value
 from amaranth.lib.data import StructLayout
 
 from golden.engine.config import Config
@@ -7,7 +8,7 @@ from golden.engine.memory_map import REGIONS
 from hw.memsys.load.image_layout import COUNT_BITS, RECORD_WORDS, WORD_BITS, RegionNumber
 from hw.memsys.port.fault import fault_layout
 
-__all__ = ["MemoryFormats"]
+__all__ = ["MemoryFormats", "saturated"]
 
 # Of a window's bounds, whatever the width of an address.
 WINDOW_BITS = 64
@@ -15,11 +16,17 @@ WINDOW_BITS = 64
 LENGTH_BITS = 36
 
 
+def saturated(total: Value, bits: int) -> Value:
+    """A sum of addresses, or of numbers of beats, in one bit more than they have: past the end of memory it stays."""
+    return Cat(total[:bits], total[bits:].any())
+
+
 class MemoryFormats:
     """All layouts of one configuration.
 
     A *beat* is ``data_bits`` wide. Its number is its address without the bits inside it. A *length* is the number of
-    items after the first one: there is always at least one.
+    items after the first one: there is always at least one. An address that is requested has one bit more than one in
+    memory.
 
     Parameters
     ----------
@@ -54,7 +61,7 @@ class MemoryFormats:
         #: An AXI answer to a write.
         self.response = StructLayout({"id": self.slot_bits, "response": 2})
         #: Consecutive words: their address, length, and whether they are ``narrow``, of 32 bits.
-        self.read_extent = StructLayout({"address": memory.address_bits, "length": LENGTH_BITS, "narrow": 1})
+        self.read_extent = StructLayout({"address": memory.address_bits + 1, "length": LENGTH_BITS, "narrow": 1})
         #: A word, the ``last`` one of its extent or not. With ``error`` the data are undefined.
         self.word = StructLayout({"data": WORD_BITS, "last": 1, "error": 1})
         #: A word of a memory image: its region, its record from 0 on, and its number in the record.
@@ -67,7 +74,7 @@ class MemoryFormats:
 
     def request(self, tag) -> StructLayout:
         """Address of the first byte, length in beats, and a sideband tag that returns with the answer."""
-        return StructLayout({"address": self.memory.address_bits, "length": self.memory.length_bits, "tag": tag})
+        return StructLayout({"address": self.memory.address_bits + 1, "length": self.memory.length_bits, "tag": tag})
 
     def checked(self, tag) -> StructLayout:
         """First and last beat of a request; of a ``bad`` one no transaction is issued."""

@@ -51,16 +51,16 @@ class WindowCheck(wiring.Component):
         address, length, sideband = (pipeline.input(self.i.payload[name]) for name in ("address", "length", "tag"))
         base, limit = pipeline.constant(self.window.base), pipeline.constant(self.window.limit)
         top = config.memory.address_bits
-        # One bit more than an address has: past its end is past every limit, and a limit past it is none.
+        # Bits above an address in memory: past its end is past every limit, and a limit past it is none.
         last, misaligned, below = pipeline.register(
             lambda address, length, base: (address[low:] + length, address[:low].any(), address < base),
             address, length, base)
         bad = pipeline.register(
             lambda last, limit, misaligned, below: (
-                last[-1] | misaligned | below
+                last[formats.beat_bits:].any() | misaligned | below
                 | ~limit[top:].any() & (Cat(Const(-1, low), last[:formats.beat_bits]) >= limit[:top])),
             last, limit, misaligned, below)
-        first = pipeline.combine(lambda address: address[low:], address)
+        first = pipeline.combine(lambda address: address[low:top], address)
         for name, value in (("first", first), ("tag", sideband), ("bad", bad)):
             pipeline.output(self.o.payload[name], value)
         pipeline.output(self.o.payload.last, pipeline.combine(lambda last: last[:formats.beat_bits], last))

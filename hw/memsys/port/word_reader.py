@@ -60,7 +60,7 @@ class WordReader(wiring.Component):
 
         # Requests of the greatest length, then the rest. ``left``: beats that are still to be requested, less one.
         counted, requests = Signal(), Signal()
-        beat, left = Signal(formats.beat_bits, reset_less=True), Signal(LENGTH_BITS + 1, reset_less=True)
+        beat, left = Signal(formats.beat_bits + 1, reset_less=True), Signal(LENGTH_BITS + 1, reset_less=True)
         halves = Signal(LENGTH_BITS + 2)
         m.d.comb += [
             halves.eq(Mux(given.narrow, given.length, Cat(Const(1, 1), given.length)) + half),

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
 from hw.memsys.load.serial_product import SerialProduct
+from hw.memsys.port.memory_formats import saturated
 from hw.memsys.results.result_formats import HitFormat, ResultFormats, lanes_of
 
 __all__ = ["ResultAddress"]
@@ -71,7 +72,8 @@ class ResultAddress(wiring.Component):
                 with m.If(~self.o.valid):
                     m.d.sync += [
                         self.o.valid.eq(1), extent.hit_format.eq(command.hit_format), extent.sums.eq(command.sums),
-                        extent.hits.eq(command.hits + by_format(first << 4, first << 3, first << 2)),
+                        extent.hits.eq(saturated(command.hits + by_format(first << 4, first << 3, first << 2),
+                                                 len(command.hits))),
                         extent.sums_address.eq(command.sums_address), extent.last_column.eq(section.end_column - 1),
                         extent.single.eq(section.first_column + 1 == section.end_column),
                         extent.jump.eq(by_format(skipped << 2, skipped << 1, skipped) + size)]

@@ -53,7 +53,7 @@ class ResultFormats:
         #: The same with the address ``hits`` of the section's first ray, its ``last_column``, whether a row is a
         #: ``single`` hit, and ``jump``: lanes from the last part of a row's last hit to the next row.
         self.section_extent = StructLayout({
-            "hit_format": HitFormat, "sums": 1, "hits": address, "sums_address": address,
+            "hit_format": HitFormat, "sums": 1, "hits": address + 1, "sums_address": address,
             "last_column": formats.index, "single": 1, "jump": config.icu.side_bits + 4})
         #: The fault's ``code`` and ``address``; the number of words of ``sums``.
         self.section_done = StructLayout({
@@ -61,4 +61,4 @@ class ResultFormats:
         #: A beat's ``number``, its ``data`` and those ``lanes`` of it that are written; its request ``ends`` with it or
         #: not.
         self.beat = StructLayout({
-            "number": memory.beat_bits, "data": config.memory.data_bits, "lanes": lanes_of(config), "ends": 1})
+            "number": memory.beat_bits + 1, "data": config.memory.data_bits, "lanes": lanes_of(config), "ends": 1})

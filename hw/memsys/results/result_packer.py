@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from golden.engine.config import Config
 from hw.icu.icu_formats import WEIGHT_BITS
 from hw.lib.validate import check_integer
-from hw.memsys.port.memory_formats import MemoryFormats
+from hw.memsys.port.memory_formats import MemoryFormats, saturated
 from hw.memsys.results.result_formats import LANE_BITS, HitFormat, ResultFormats, lanes_of
 
 __all__ = ["ResultPacker"]
@@ -133,7 +133,8 @@ class ResultPacker(wiring.Component):
         """The beat and the lane of the next item; how many beats farther the one after it is: 0, 1, or 2 for more."""
         lanes = lanes_of(self._config)
         lane_bits = lanes.bit_length() - 1
-        number, at = Signal(MemoryFormats(self._config).beat_bits, reset_less=True), Signal(lane_bits, reset_less=True)
+        bits, at = MemoryFormats(self._config).beat_bits, Signal(lane_bits, reset_less=True)
+        number = Signal(bits + 1, reset_less=True)
 
         # Lanes of what is written in a cycle.
         size = Signal(range(min(4, lanes) + 1))
@@ -144,7 +145,8 @@ class ResultPacker(wiring.Component):
         sums = [at + step[:lane_bits] for step in (size, extent.jump)]
         sum_ = Mux(jumps, sums[1], sums[0])
         with m.If(takes):
-            m.d.sync += [number.eq(number + Mux(jumps, extent.jump, size)[lane_bits:] + sum_[lane_bits]), at.eq(sum_)]
+            after = number + Mux(jumps, extent.jump, size)[lane_bits:] + sum_[lane_bits]
+            m.d.sync += [number.eq(saturated(after, bits)), at.eq(sum_)]
         for begins, address in (self.i.ready, self.i.payload.hits), (ends_hits, extent.sums_address):
             with m.If(begins):
                 m.d.sync += Cat(at, number).eq(address[LANE_BYTES.bit_length() - 1:])

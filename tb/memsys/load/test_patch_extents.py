@@ -22,7 +22,7 @@ class TestPatchExtents(Bench):
                 "address": end["address"], "length": PATCH_WORDS - 1, "narrow": 0}}
             step = None
             if index < count:
-                address = (base + RECORD * ids[index]) % (1 << config.memory.address_bits) if index in ids else None
+                address = (base + RECORD * ids[index]) % (2 << config.memory.address_bits) if index in ids else None
                 step = {"address": address, "last": index == count - 1}
                 index += pipeline.advances(ready)
             pipeline.step(step, ready)

@@ -21,7 +21,7 @@ class TestRecordExtent(Bench):
             items += [{"image": draw.getrandbits(bits), "offset": draw.getrandbits(bits), "region": region.value,
                        "first": draw.getrandbits(32) if region in PARTIAL else 0, "records": records}
                       for records in (1, 2, most, draw.randint(1, most))]
-        return Vectors(inputs={"i": items}, expected={"o": [extent(item, 1 << bits) for item in items]})
+        return Vectors(inputs={"i": items}, expected={"o": [extent(item, 2 << bits) for item in items]})
 
 
 def extent(item, addresses):

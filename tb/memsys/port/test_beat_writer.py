@@ -19,6 +19,7 @@ class TestBeatWriter(Bench):
     def model(self, config):
         """A request is offered when its last beat has come; what was offered stays though beats are discarded."""
         size, beats, requests, outstanding = config.memory.beat_bytes, deque(), deque(), deque()
+        top = 1 << config.memory.address_bits
         length = granted = self.sent = 0
         offered = False
         given = yield
@@ -32,7 +33,7 @@ class TestBeatWriter(Bench):
                 "o_data": {"data": beats[0]["data"], "strobe": sum(
                     15 << 4 * k for k in range(size // 4) if beats[0]["lanes"] >> k & 1)} if granted else None,
                 "failed": bool(given.i_written and given.i_written["error"] and outstanding),
-                "address": size * outstanding[0] if outstanding else None}
+                "address": size * outstanding[0] % top if outstanding else None}
             takes, moves = beat is not None and accepts and not discards, offers and given.o_request
             drops = discards and not offered
             sends = bool(granted and given.o_data and beats[0]["ends"])
@@ -54,7 +55,7 @@ class TestBeatWriter(Bench):
             given = yield outputs
 
     def items(self, name, shape, random):
-        """Beats of random requests, each within a group; half of the requests end there."""
+        """Beats of random requests, many at the end of memory, each within a group; half of the requests end there."""
         number = 0
         for item in super().items(name, shape, random):
             if name != "i":
@@ -62,7 +63,8 @@ class TestBeatWriter(Bench):
                 continue
             ends = number % GROUP == GROUP - 1 or random.random() < 0.2
             yield item | {"number": number, "ends": int(ends)}
-            number = random.getrandbits(20) if ends and random.random() < 0.5 else number + 1
+            end = (1 << shape["number"].width - 1) + random.randrange(-GROUP, GROUP)
+            number = random.choice((random.getrandbits(20), end)) if ends and random.random() < 0.5 else number + 1
 
     def drive(self, given, random):
         """Answers of requests whose beats have left; beats are discarded now and then."""

@@ -1,4 +1,4 @@
-"""Windows are compared in all of their 64 bits: none is cut off at the width of an address."""
+"""Windows are compared in all of their 64 bits: none is cut off at the width of an address. Nor is a request."""
 
 import functools
 import random
@@ -21,10 +21,10 @@ def vectors_of(window, seed, count=60):
     draw, (base, limit), requests, checked, faults = random.Random(seed), window, [], [], []
     for tag in range(count):
         end, beats = draw.choice((0, base, limit, TOP)), draw.choice((1, 1, 2, 4, 8))
-        address = (end // BEAT + draw.randint(-9, 9)) * BEAT % TOP + draw.choice((0, 0, 0, 0, 4))
+        address = (end // BEAT + draw.randint(-9, 9)) * BEAT % (2 * TOP) + draw.choice((0, 0, 0, 0, 4))
         bad = address % BEAT > 0 or address < base or address + beats * BEAT > min(limit, TOP)
         requests.append({"address": address, "length": beats - 1, "tag": tag})
-        first = address // BEAT
+        first = address // BEAT % (TOP // BEAT)
         checked.append({"first": first, "last": (first + beats - 1) % (TOP // BEAT), "tag": tag, "bad": bad})
         faults += [{"code": Fault.READ_OUTSIDE.value, "address": first * BEAT}] if bad else []
     return Vectors(inputs={"i": requests}, expected={"o_fault": faults, "o": checked},

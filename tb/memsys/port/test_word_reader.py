@@ -42,11 +42,15 @@ class TestWordReader(Bench):
             given = yield outputs
 
     def items(self, name, shape, random):
-        """Extents of some beats at any word; beats that have been requested, some of them errors."""
+        """Extents of some beats at any word, many at the end of memory; beats that have been requested, some of them
+        errors.
+        """
         for item in super().items(name, shape, random):
             if name == "i":
                 width = 4 if item["narrow"] else 8
-                yield item | {"length": random.randrange(22), "address": item["address"] % (1 << 30) // width * width}
+                top = 1 << shape["address"].width - 1
+                address = random.choice((item["address"], -(item["address"] % 64))) % top
+                yield item | {"length": random.randrange(22), "address": address // width * width}
             else:
                 yield item if self.outstanding else None
                 self.outstanding -= self.outstanding > 0

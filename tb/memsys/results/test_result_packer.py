@@ -5,12 +5,13 @@
 
 import pytest
 
+from golden.engine.ctu.sector import Sector
 from golden.engine.jobs.result_formats import HitFormat
 from hw.memsys.results.result_packer import ResultPacker
 from tb.lib.bench import Bench, Vectors
 from tb.lib.configurations import config_of
 from tb.lib.schedules import Schedule, ScheduleBench
-from tb.memsys.results.extent import extent_of
+from tb.memsys.results.extent import extent_of, saturated
 from tb.memsys.section_results import Packing, drawn_section, joined
 
 CHANGES = [{"memory.data_bits": bits} for bits in (64, 128)]
@@ -19,7 +20,8 @@ CHANGES = [{"memory.data_bits": bits} for bits in (64, 128)]
 def vectors(config, sections):
     """Of several sections."""
     bits = config.memory.data_bits
-    beats = [beat for one in sections for beat in one.beats(bits)]
+    last = config.memory.address_bits - (bits // 8).bit_length() + 1
+    beats = [{**beat, "number": saturated(beat["number"], last)} for one in sections for beat in one.beats(bits)]
     return Vectors(inputs=joined(sections) | {"i": [extent_of(one.command_item, config) for one in sections]},
                    expected={"o": beats}, ports={"discard": 0}, after={"busy": 0}, about=sections)
 
@@ -32,17 +34,22 @@ def written(beats):
 
 
 class TestResultPacker(Bench):
-    """Random sections."""
+    """Random sections, some of which reach beyond the end of memory."""
 
     component, arguments = ResultPacker, {"group_bits": 4}
-    variants, splits = CHANGES, False
+    variants, splits = [*CHANGES, {"memory.address_bits": 16}], False
     count = 14
 
     def vectors(self, config):
         return self.drawn(config, 5)
 
     def drawn(self, config, seed):
-        return vectors(config, [drawn_section(100 * seed + k, config, base=1 << 20) for k in range(self.count)])
+        top = 1 << config.memory.address_bits
+        near = {"base": 4096, "sums_address": 8192}, {"base": top - 1024, "sums_address": top - 32}
+        sections = [drawn_section(100 * seed + k, config, **near[k % 2]) for k in range(self.count)]
+        # Its hits reach around the whole of a small memory.
+        sections.append(drawn_section(seed, config, columns=1024, section=Sector(0, 2, 0, 40), **near[1]))
+        return vectors(config, sections)
 
     def check(self, given, came):
         assert written(self.values("o", came)) == given.expected["o"]
