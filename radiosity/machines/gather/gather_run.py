@@ -167,7 +167,8 @@ def solution_times(before: NodeMatrix, matrix: NodeMatrix, solver: str, cube, ti
                    iterations: list[int], completion: str | None = None, is_renumbered: bool = True) -> SolutionPhase:
     """The times of a solution whose iterations are known.
 
-    Entries are redistributed first, so that renumbering is balanced too. The nodes begin each part together.
+    Entries are redistributed first, so that renumbering is balanced too. The nodes begin each part together,
+    on idle links.
 
     Parameters
     ----------
@@ -190,9 +191,9 @@ def solution_times(before: NodeMatrix, matrix: NodeMatrix, solver: str, cube, ti
     check_completion(matrix, completion or "merge")
 
     def time(program, rounds=1):
+        idle = cube._replace(free=np.zeros_like(cube.free))
         return int(run_program(program, idle, np.zeros(matrix.nodes, dtype=np.int64), rounds=rounds).max())
 
-    idle = cube._replace(free=np.zeros_like(cube.free))
     moved = 0
     if completion:
         moved = time(redistribution_program(moves_of(before, matrix), matrix.nodes, timing))

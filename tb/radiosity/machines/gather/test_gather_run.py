@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from golden.cast.frame import frame
 from golden.cast.grid import Grid
@@ -13,9 +14,12 @@ from golden.cast.hemisphere import Hemisphere
 from golden.cast.rays import Rays
 from golden.light.form_factors import gauss_points, patch_columns
 from radiosity.machines.common.assignment import ASSIGNMENTS, assign
-from radiosity.machines.gather.gather_run import simulate_gather
+from radiosity.machines.common.hypercube import hypercube
+from radiosity.machines.gather.gather_run import simulate_gather, solution_times
+from radiosity.machines.gather.node_matrix import NodeMatrix
 from radiosity.machines.gather.node_memory import NodeMemory
 from radiosity.machines.gather.parallel_solvers import COMPLETIONS, PARALLEL_SOLVERS
+from radiosity.machines.gather.redistribution import redistributed
 from radiosity.machines.gather.row_phase import SCHEMES, GatherScheme
 from tb.radiosity.machines.gather.nodes import room
 
@@ -112,6 +116,26 @@ def test_one_node_is_alone():
     assert found.rows.efficiency == 1
     assert found.solution.alone == found.solution.time
     assert found.sent.sum() == 0
+
+
+@pytest.mark.parametrize("nodes", [1, 4, 16])
+@pytest.mark.parametrize("solver", PARALLEL_SOLVERS)
+def test_each_part_of_a_solution_begins_on_idle_links(solver, nodes):
+    """Channels take the sum of their times alone, and renumbering as long behind a redistribution as without."""
+    _, system, work = room(PATCHES)
+    bounds = np.linspace(0, PATCHES, nodes + 1).astype(np.int64)
+    whole = NodeMatrix.of_rows(sparse.csr_array(system.matrix), bounds)
+    matrix = redistributed(whole)
+
+    def times(iterations, completion="merge"):
+        return solution_times(whole, matrix, solver, hypercube(nodes, work.timing), work.timing, iterations=iterations,
+                              completion=completion)
+
+    each = [times([count]).solving for count in (5, 2, 7)]
+    assert times([5, 2, 7]).solving == sum(each)
+    moved = times([5])
+    assert moved.renumbering == times([5], None).renumbering
+    assert moved.redistribution > 0
 
 
 def test_a_new_light_takes_the_solution_alone():
