@@ -1,5 +1,7 @@
 """KOAN's machine: a scene in shared pages, whose picture is made by machines of any size."""
 
+from functools import partial
+
 import numpy as np
 
 from golden.cast.frame import frame
@@ -9,13 +11,13 @@ from golden.light.form_factors import PatchRows
 from golden.light.solvers import RadiositySystem
 from golden.scene.cells import FINEST
 from golden.scene.scene import Scene
-from radiosity.machines.koan.koan_run import KoanRun, simulate_picture
+from radiosity.machines.koan.koan_run import KoanRun, check_machine, simulate_picture
 from radiosity.machines.koan.page_timing import PageTiming
 from radiosity.machines.koan.pixel_rays import PixelRays, pixel_rays
 from radiosity.machines.koan.ray_pages import PageString, ray_pages
 from radiosity.machines.koan.ray_work import ray_work
 from radiosity.machines.koan.scene_pages import ScenePages
-from radiosity.machines.koan.shared_radiosity import SharedRadiosity, simulate_radiosity
+from radiosity.machines.koan.shared_radiosity import WORD_BYTES, SharedRadiosity, simulate_radiosity
 
 __all__ = ["KoanMachine", "KoanRadiosity", "koan_cell"]
 
@@ -52,18 +54,19 @@ class KoanMachine:
         self.traced: PixelRays = pixel_rays(scene, self._grid, size=size)
         self.work = ray_work(self.traced.hits, self.traced.pixel, size[0] * size[1])
 
-    def string(self, page_bytes: int) -> tuple[ScenePages, PageString]:
-        """The pages of the scene, and the references of each pixel to them."""
-        if page_bytes not in self._strings:
-            layout = ScenePages.of(self._grid.cells, self.patches, page_bytes)
-            self._strings[page_bytes] = layout, ray_pages(
-                self._grid.cells, layout, self.traced.rays, self.traced.hits, self.traced.pixel, len(self.work))
-        return self._strings[page_bytes]
+    def string(self, page_bytes: int, frames: int | None = None) -> tuple[ScenePages, PageString]:
+        """The pages of the scene, and the references of each pixel to them; by default for a cache of all pages."""
+        layout = ScenePages.of(self._grid.cells, self.patches, page_bytes)
+        key = page_bytes, len(layout) if frames is None else min(frames, len(layout))
+        if key not in self._strings:
+            self._strings[key] = ray_pages(self._grid.cells, layout, self.traced.rays, self.traced.hits,
+                                           self.traced.pixel, len(self.work), frames=key[1])
+        return layout, self._strings[key]
 
     def run(self, *, nodes: int, page_bytes: int = 4096, frames: int = 512, side: int = 3, schedule: str = "mixed",
             timing: PageTiming | None = None, alone: float | None = None, log: int = 0) -> KoanRun:
         """Simulate a machine, see `simulate_picture`; ``alone`` are seconds of one node without faults, if known."""
-        layout, string = self.string(page_bytes)
+        layout, string = self.string(page_bytes, frames)
         work = self.work if alone is None else np.rint(self.work * (alone * 1e9 / self.work.sum())).astype(np.int64)
         return simulate_picture(self.traced.picture, string, work, layout, nodes=nodes, frames=frames, side=side,
                                 schedule=schedule, timing=timing, log=log)
@@ -106,10 +109,13 @@ class KoanRadiosity:
         made = Rays(scene.centres[group], directions, source=scene.surface[group])
         hits = grid.nearest(made)
         self.layout = ScenePages.of(grid.cells, count, page_bytes)
-        self.string = ray_pages(grid.cells, self.layout, made, hits, group, count)
+        self._string = partial(ray_pages, grid.cells, self.layout, made, hits, group, count)
         self.work = ray_work(hits, group, count)
 
     def run(self, *, nodes: int, frames: int = 512, timing: PageTiming | None = None) -> SharedRadiosity:
         """Simulate a machine, see `simulate_radiosity`."""
-        return simulate_radiosity(self.system, self.string, self.work, self.layout, nodes=nodes, frames=frames,
-                                  timing=timing)
+        check_machine(nodes, frames)
+        # Pages of the form factors that a node writes are in write mode and stay in its cache.
+        written = -(-len(self.work) // nodes) * len(self.work) * WORD_BYTES // self.layout.page_bytes + 2
+        return simulate_radiosity(self.system, self._string(frames=frames - written), self.work, self.layout,
+                                  nodes=nodes, frames=frames, timing=timing)

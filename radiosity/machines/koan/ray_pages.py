@@ -19,8 +19,8 @@ STILL = 2.0**-60
 class PageString(NamedTuple):
     """What groups of rays, such as those of a pixel, refer to.
 
-    Of the references of a group to a page the first and the last are listed. A cache that has as many frames as the
-    group has pages cannot drop it between them, so its faults are those of all references.
+    Of the references of a group to a page the first and the last are listed, if the cache has as many frames as the
+    group has pages: it cannot drop the page between them, so its faults are those of all references. Otherwise all are.
 
     Parameters
     ----------
@@ -64,7 +64,8 @@ class _Grid(NamedTuple):
 _Seen = columns("_Seen", "GROUP FIRST LAST")
 
 
-def ray_pages(cells: Cells, layout: ScenePages, rays: Rays, hits: Hits, group: np.ndarray, groups: int) -> PageString:
+def ray_pages(cells: Cells, layout: ScenePages, rays: Rays, hits: Hits, group: np.ndarray, groups: int, *,
+              frames: int) -> PageString:
     """The references of rays that a grid has cast.
 
     A ray refers to each cell that it passes, to each entry of its list, and to the patch of that entry, until the cell
@@ -80,6 +81,8 @@ def ray_pages(cells: Cells, layout: ScenePages, rays: Rays, hits: Hits, group: n
         R int: the group of each, ascending.
     groups
         G.
+    frames
+        Frames of the cache that are free for these pages.
 
     Source: Badouel 1991, section 4.3, for a grid that is traversed after Amanatides and Woo.
     """
@@ -94,7 +97,7 @@ def ray_pages(cells: Cells, layout: ScenePages, rays: Rays, hits: Hits, group: n
 
     def walk(filled, page):
         seen = np.full((len(layout), len(_Seen)), -1)
-        _walk(paths, grid, buffer, seen, filled, page, distinct, all_touches)
+        _walk(paths, grid, buffer, seen, filled, page, distinct, all_touches, frames)
 
     walk(counts, np.empty(0, dtype=np.int32))
     first = np.append(0, counts.cumsum())
@@ -116,7 +119,7 @@ def _add(buffer, seen, group, at, page):
 
 
 @compiled
-def _walk(paths, grid, buffer, seen, filled, pages, distinct, touches):
+def _walk(paths, grid, buffer, seen, filled, pages, distinct, touches, frames):
     """Count the references of each group, or write them from ``filled`` on."""
     origin, direction, ends, size, shape, start = (paths.origin, paths.direction, paths.ends, grid.size, grid.shape,
                                                    grid.start)
@@ -170,15 +173,15 @@ def _walk(paths, grid, buffer, seen, filled, pages, distinct, touches):
                         cross[axis] = (plane[axis] - p[axis]) * inverse[axis]
                 if not is_inside:
                     break
-        found, pages_of_group = 0, 0
+        distinct[group] = 0
+        for place in range(at):
+            distinct[group] += seen[buffer[place], _Seen.FIRST] == place
+        found = 0
         for place in range(at):
             page = buffer[place]
-            is_first = seen[page, _Seen.FIRST] == place
-            pages_of_group += is_first
-            if is_first or seen[page, _Seen.LAST] == place:
+            if distinct[group] > frames or seen[page, _Seen.FIRST] == place or seen[page, _Seen.LAST] == place:
                 if len(pages):
                     pages[filled[group] + found] = page
                 found += 1
-        distinct[group] = pages_of_group
         if not len(pages):
             filled[group] = found

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from golden.base.errors import InputError
 from golden.light.solvers import RadiositySystem
 from golden.light.solvers.iteration import TOLERANCE, Solution, State, iterate
 from radiosity.machines.common.assignment import assign
@@ -20,9 +21,12 @@ from radiosity.machines.koan.page_timing import PageTiming
 from radiosity.machines.koan.ray_pages import PageString
 from radiosity.machines.koan.scene_pages import ScenePages
 
-__all__ = ["SharedRadiosity", "simulate_radiosity"]
+__all__ = ["WORD_BYTES", "SharedRadiosity", "simulate_radiosity"]
 
-_WORD, _CHANNELS, _MOST_STEPS = 8, 3, 1000
+WORD_BYTES = 8
+"""Bytes of a form factor or a radiosity."""
+
+_CHANNELS, _MOST_STEPS = 3, 1000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,7 +73,7 @@ class _Nodes:
         self.count, self.nodes, self.system = len(system), nodes, system
         self.timing = timing
         self.owned = assign("tiled", self.count, nodes)
-        self._words = layout.page_bytes // _WORD
+        self._words = layout.page_bytes // WORD_BYTES
         self._factors = len(layout)
         self._radiosities = self._factors + -(-self.count * self.count // self._words)
         pages = self._radiosities + -(-self.count * _CHANNELS // self._words)
@@ -130,7 +134,7 @@ def simulate_radiosity(system: RadiositySystem, string: PageString, work: np.nda
     Raises
     ------
     InputError
-        Nodes or frames are out of range.
+        Nodes or frames are out of range, or the tolerance is not reached.
 
     Source: Badouel 1991, section 5.
     """
@@ -149,6 +153,9 @@ def simulate_radiosity(system: RadiositySystem, string: PageString, work: np.nda
     machine.run(items, own)
     rows, counts, loaded = int(machine.ends.max()), machine.state.counted, [matrix]
     solution = iterate(_sweeps(machine, loaded), tolerance=TOLERANCE, max_steps=_MOST_STEPS)
+    if not solution.converged:
+        raise InputError(f"koan: Steps must be more than {_MOST_STEPS} for an error below {TOLERANCE!r}, not "
+                         f"{_MOST_STEPS}")
     return SharedRadiosity(factors=loaded[0], solution=solution, rows=rows, time=int(machine.ends.max()),
                            counts=(counts, machine.state.counted), state=machine.state)
 

@@ -25,10 +25,10 @@ def traced(name):
 
 
 @cache
-def string(name, page_bytes):
+def string(name, page_bytes, frames=1 << 20):
     scene, grid, made = traced(name)
     layout = ScenePages.of(grid.cells, len(scene), page_bytes)
-    return layout, ray_pages(grid.cells, layout, made.rays, made.hits, made.pixel, SIZE[0] * SIZE[1])
+    return layout, ray_pages(grid.cells, layout, made.rays, made.hits, made.pixel, SIZE[0] * SIZE[1], frames=frames)
 
 
 def faults(pages, frames):
@@ -75,14 +75,19 @@ def test_a_pixel_s_pages_are_those_of_its_cells_lists_and_patches():
     assert np.sum(sizes, axis=0)[1] <= 1.03 * np.sum(sizes, axis=0)[0]
 
 
-def test_a_cache_with_a_frame_for_each_page_of_a_pixel_has_the_faults_of_all_references():
+@pytest.mark.parametrize("share", [0, 1 / 16, 1 / 4, 1 / 2, 1, 2])
+def test_a_cache_of_any_frames_has_the_faults_of_all_references(share):
+    """Of frames for a share of the pages of the pixel that has most of them."""
     _, grid, made = traced("teapot")
-    layout, found = string("teapot", 256)
-    # A group for each ray lists more references.
-    each = ray_pages(grid.cells, layout, made.rays, made.hits, np.arange(len(made.pixel)), len(made.pixel))
-    assert len(each.page) > len(found.page)
-    for frames in (found.distinct.max(), 2 * found.distinct.max()):
-        assert faults(found.page.tolist(), frames) == faults(each.page.tolist(), frames) > 0
+    layout, shortest = string("teapot", 256)
+    frames = max(1, int(share * shortest.distinct.max()))
+    found = string("teapot", 256, frames)[1]
+    # A group for each ray, all of whose references are listed.
+    each = ray_pages(grid.cells, layout, made.rays, made.hits, np.arange(len(made.pixel)), len(made.pixel), frames=0)
+    assert faults(found.page.tolist(), frames) == faults(each.page.tolist(), frames) > 0
+    assert np.array_equal(found.distinct, shortest.distinct)
+    assert (len(found.page) == len(shortest.page)) == (share >= 1)
+    assert len(each.page) > len(shortest.page)
 
 
 def test_regions_are_of_whole_pages():

@@ -1,10 +1,12 @@
 """Form factors and radiosities that travel in pages are golden's, byte for byte."""
 
+from contextlib import nullcontext
 from functools import cache
 
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from golden.cast.frame import frame
 from golden.cast.grid import Grid
 from golden.cast.hemisphere import Hemisphere
@@ -70,7 +72,7 @@ def test_neighbouring_directions_refer_to_fewer_pages_than_directions_in_disorde
     for order in (np.arange(count), np.random.default_rng(1).permutation(count)):
         directions = hemisphere.directions[order] @ frame(scene.normals[:1])[0]
         rays = Rays(np.repeat(scene.centres[:1], count, axis=0), directions, source=np.full(count, scene.surface[0]))
-        string = ray_pages(grid.cells, layout, rays, grid.nearest(rays), np.arange(count), count)
+        string = ray_pages(grid.cells, layout, rays, grid.nearest(rays), np.arange(count), count, frames=128)
         cache = Cache(CachePolicy.LRU, lines=128, ways=128)
         cache.access(string.page)
         faults.append(cache.misses)
@@ -79,3 +81,13 @@ def test_neighbouring_directions_refer_to_fewer_pages_than_directions_in_disorde
 
 def test_more_nodes_make_form_factors_faster():
     assert solved(4, 64).rows < 0.5 * solved(1, 1).rows
+
+
+def test_a_solution_that_is_not_reached_is_an_error(monkeypatch):
+    """Of as many steps as it takes, and one less."""
+    steps = solved(2, 4).solution.steps
+    for most in steps, steps - 1:
+        monkeypatch.setattr("radiosity.machines.koan.shared_radiosity._MOST_STEPS", most)
+        with nullcontext() if most == steps else pytest.raises(
+                InputError, match=f"Steps must be more than {most} for an error below"):
+            machine().run(nodes=2, frames=4)
