@@ -49,12 +49,17 @@ def fit(seconds, sources: dict[int, float], numbers: list[PageTiming]) -> np.nda
 
 
 def saturation(efficiencies: dict[int, float]) -> float:
-    """The cache in pages, by interpolation in its logarithm, at which the efficiency falls below one half."""
+    """The cache in pages, by interpolation in its logarithm, at which the efficiency falls below one half.
+
+    0 if it does in none, infinite if it does in all.
+    """
     pages = np.array(sorted(efficiencies))
     values = np.array([efficiencies[one] for one in pages])
+    if (values < _ENOUGH).all():
+        return float("inf")
     above = int(np.argmax(values >= _ENOUGH))
-    if values[above] < _ENOUGH or above == 0:
-        return float("nan")
+    if above == 0:
+        return 0.0
     low, high = np.log(pages[above - 1:above + 1])
     share = (_ENOUGH - values[above - 1]) / (values[above] - values[above - 1])
     return float(np.exp(low + share * (high - low)))
@@ -174,7 +179,9 @@ def _item_rows(machine: KoanMachine, timing: PageTiming):
 
 
 def _pages(saturation):
-    return "none" if np.isnan(saturation) else f"{saturation:.0f}"
+    if np.isinf(saturation):
+        return f"above {_CACHES[-1]}"
+    return f"{saturation:.0f}" if saturation else f"below {_CACHES[0]}"
 
 
 def _statements(seconds, pages, saturated, rows_4, rows_3):
@@ -205,7 +212,7 @@ def _statements(seconds, pages, saturated, rows_4, rows_3):
         ["Rings4 saturates at a cache of so many pages", "204 (102 to 408)", _pages(full),
          grade_of(102 <= full <= 408)],
         ["Rings4 needs a larger cache than Tetra9 for half the efficiency", "yes",
-         f"{_pages(full)} over {_pages(less)}", grade_of(full > less)]]
+         f"{_pages(full)} against {_pages(less)}", grade_of(full > less)]]
 
 
 @benchmark("koan")

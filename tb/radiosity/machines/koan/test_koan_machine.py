@@ -106,7 +106,8 @@ def test_a_fit_finds_the_numbers_that_made_the_times():
 def test_saturation_is_where_efficiency_is_one_half():
     assert saturation({100: 0.25, 200: 0.5, 400: 0.9}) == pytest.approx(200)
     assert 100 < saturation({100: 0.3, 200: 0.6}) < 200
-    assert np.isnan(saturation({100: 0.7, 200: 0.9}))
+    assert saturation({100: 0.7, 200: 0.9}) == 0
+    assert saturation({100: 0.1, 200: 0.4}) == np.inf
 
 
 def test_stand_ins_have_the_lights_of_their_databases_and_about_as_many_polygons():
