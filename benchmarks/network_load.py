@@ -217,8 +217,8 @@ def main() -> None:
         "The delay law gives, for one flit and uniform traffic, "
         f"{law}. Seed {SEED}. {provenance('numpy')}.",
         "## Low load, saturation, overload",
-        table(["network", "traffic", "flits", "latency at low load", "BookSim", "saturation", "BookSim", "ratio",
-               "bound", "accepted at 1.0", "BookSim"], overloads(curves)),
+        table(["network", "traffic", "flits", "latency at low load", "BookSim's latency", "saturation",
+               "BookSim's saturation", "ratio", "bound", "accepted at 1.0", "BookSim's accepted"], overloads(curves)),
         "## Saturation by network",
         "In brackets BookSim's figures. Low load: of the mesh with one channel.",
         table(["nodes, traffic, flits of a packet", "low load",

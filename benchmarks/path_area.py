@@ -90,5 +90,5 @@ def equal_area_table() -> list[str]:
         rows.append([patches, *everywhere, *dealt, *stored,
                      *(f"{in_blocks(one):.0f}" for one in (everywhere, dealt, stored))])
     share = f"1/{_CLUSTERS} and network"
-    return table(["patches", "all: LUT", "block RAM", f"{share}: LUT", "block RAM", "with a store: LUT", "block RAM",
-                  "all, in block RAMs", share, "with a store"], rows)
+    return table(["patches", *(f"{memory}: {what}" for memory in ("all", share, "with a store") for what in (
+        "LUT", "block RAM")), "all, in block RAMs", share, "with a store"], rows)

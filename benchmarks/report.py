@@ -61,7 +61,15 @@ def versions(*packages: str) -> dict[str, str]:
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence]) -> list[str]:
-    """Lines of a Markdown table."""
+    """Lines of a Markdown table.
+
+    Raises
+    ------
+    ValueError
+        Two columns have one name: `tables_of` finds cells by it.
+    """
+    if len({*head}) < len(head):
+        raise ValueError(f"Columns of a table must have names of their own, not {head!r}")
     return [_line(head), "|---" * len(head) + "|", *map(_line, rows)]
 
 

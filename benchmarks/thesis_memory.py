@@ -109,5 +109,6 @@ def main(scenes) -> None:
         "patches that is empty before point 1.",
         table(["scene", "clusters", *(f"{memory}, point {point + 1}" for point in _POINTS for memory in _MEMORIES)],
               rows),
-        table(["scene", "main memory, point 1, 8 : 1", "grade", "share of the cache, point 1", "point 2", "grade",
+        table(["scene", "main memory, point 1, 8 : 1", "grade", "share of the cache, point 1", "point 2",
+               "grade of shares",
                "point 2, all patches cached"], grades))

@@ -97,7 +97,8 @@ def main(scenes) -> None:
         f"preset thesis; 256 x 64 rays from point 5 of the ceiling, cell {_CELL:g}, sections and resident sets by a "
         "sparse casting from point 0.",
         table(["scene", "clusters", "machine", "Illiac", "torus", "hypercube", "ring"], cycles),
-        table(["scene", "ratio of times", "thesis", *chain.from_iterable((name, "grade") for name in _MACHINES)], rows),
+        table(["scene", "ratio of times", "thesis", *chain.from_iterable(
+            (name, f"grade of {name}") for name in _MACHINES)], rows),
         "Tests per patch (EDRC) of each cluster:",
         table(["scene", "clusters", *(f"{one}, {of}" for of in ("thesis", "simulated") for one in (
             "least", "mean", "most"))], coherence),

@@ -121,4 +121,5 @@ def main(scenes, nodes) -> None:
         "keeps its patches for point 2.",
         table(["scene", "clusters", *(f"{number}, {cast}" for cast in of for number in (
             "cycles", "speedup", "efficiency"))], rows),
-        table(["scene", "number", "thesis", *chain.from_iterable((cache, "grade") for cache in _CACHES)], grades))
+        table(["scene", "number", "thesis", *chain.from_iterable((cache, f"grade of {cache}") for cache in _CACHES)],
+              grades))

@@ -144,11 +144,11 @@ def main() -> None:
         f"{_SPEEDUP_SIZE[0]} x {_SPEEDUP_SIZE[1]} for speedups, {_SWEEP_SIZE[0]} x {_SWEEP_SIZE[1]} for best v; "
         "profile 1987; percentiles are shares of the seeds below the source's figure.",
         table(["scene", "best v", "simulated v", "percentile", "grade", "tests of a ray", "simulated tests",
-               "percentile", "grade", "speedup over one voxel"], optima),
+               "percentile of tests", "grade of tests", "speedup over one voxel"], optima),
         table(["scene", "nodes", "speedup", "simulated", "percentile", "grade",
-               f"calls of {_WORKSTATION_CALL} us", "percentile", "grade"], speedups),
+               f"calls of {_WORKSTATION_CALL} us", "percentile of calls", "grade of calls"], speedups),
         table(["scene", "nodes", "% of rays of the busiest node", "simulated", "percentile", "grade",
-               "busiest : least busy", "simulated ratio", "percentile", "grade"], loads),
+               "busiest : least busy", "simulated ratio", "percentile of ratio", "grade of ratio"], loads),
         table(["growth by", "growth", "speedup", "simulated", "percentile", "grade", "rays passed",
-               "simulated rays", "percentile", "grade", "of 2 %", "simulated share", "percentile", "grade",
-               "rows given at most"], growths))
+               "simulated rays", "percentile of rays", "grade of rays", "of 2 %", "simulated share",
+               "percentile of share", "grade of share", "rows given at most"], growths))

@@ -1,11 +1,14 @@
 """Pages of benchmarks: tables in Markdown, and the same as JSON."""
 
+import ast
 import json
+from pathlib import Path
 
 import click
 import pytest
 from click.testing import CliRunner
 
+import benchmarks
 from benchmarks import main_memory
 from benchmarks.main_memory import BURST_BEATS, bound, rate
 from benchmarks.report import benchmark, table, tables_of, write_report
@@ -21,6 +24,35 @@ def test_tables_of_a_page():
     assert tables_of(LINES) == [
         {"title": "First", "rows": [{"scene": "man", "count": 3}, {"scene": "lobby", "count": 0.25}]},
         {"title": "Second", "rows": [{"a": "-"}]}]
+
+
+def test_columns_of_one_name_are_refused():
+    with pytest.raises(ValueError, match="must have names of their own"):
+        table(["scene", "grade", "grade"], [])
+
+
+def test_columns_of_the_benchmarks_have_names_of_their_own():
+    """Those of the heads that are written out."""
+    heads = 0
+    for path in sorted(Path(benchmarks.__file__).parent.glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "table" and isinstance(
+                    node.args[0], ast.List):
+                names = [name for one in node.args[0].elts for name in _names(one)]
+                assert len({*names}) == len(names), f"{path.name}:{node.lineno}: {names}"
+                heads += 1
+    assert heads > 40
+
+
+def _names(column):
+    """The constants of a column, or of those that a comprehension makes again and again."""
+    if isinstance(column, ast.Constant):
+        return [column.value]
+    if isinstance(column, ast.Starred):
+        # A constant of an element is repeated.
+        return [node.value for part in ast.walk(column) if isinstance(part, ast.GeneratorExp)
+                for node in getattr(part.elt, "elts", [part.elt]) if isinstance(node, ast.Constant) for _ in range(2)]
+    return []
 
 
 def test_the_page_is_written_and_printed(tmp_path):
