@@ -38,19 +38,20 @@ def face_moves(faces: NodeFaces, count: int) -> np.ndarray:
     return moves
 
 
-def split_ends(splitter: str, moves: np.ndarray, tallied: int, cube: Hypercube, timing: NodeTiming, *,
+def split_ends(splitter: str, moves: np.ndarray, count: int, tallied: int, cube: Hypercube, timing: NodeTiming, *,
                shape: tuple[int, int]) -> np.ndarray:
     """When each node has the faces of its region: P int64.
 
-    Nodes make boxes, count them, add the counts of all nodes over each channel, and cut. ``rs`` counts again for the
-    columns of each band, and ``rrs`` at each level, at which each node sends boxes to a partner. Others add a mesh, and
-    ``gs`` its edges too. Then faces are sent from each to all. The source has the steps, and no operations of them.
+    Nodes make boxes of the faces that they are dealt, count them, add the counts of all nodes over each channel, and
+    cut. ``rs`` counts again for the columns of each band, and ``rrs`` at each level, at which each node sends boxes to
+    a partner. Others add a mesh, and ``gs`` its edges too. Then faces are sent from each to all. The source has the
+    steps, and no operations of them.
 
     Parameters
     ----------
     splitter
         A name of `SPLITTERS`.
-    moves
+    moves, count
         See `face_moves`.
     tallied
         Cells that all boxes meet, or 0 without a mesh.
@@ -63,7 +64,7 @@ def split_ends(splitter: str, moves: np.ndarray, tallied: int, cube: Hypercube, 
     """
     nodes, (lines, columns) = len(moves), shape
     levels, none = nodes.bit_length() - 1, np.zeros(nodes, dtype=np.int64)
-    own = -(-int(moves.sum()) // nodes)
+    own = -(-count // nodes)
 
     def work(operations):
         return work_step(none + int(operations) * timing.operation)

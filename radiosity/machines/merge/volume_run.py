@@ -142,8 +142,9 @@ def simulate_volume(volume: ScreenVolume, splitter: str, *, nodes: int, is_weigh
         shape = (mesh_of(splitter, mesh, **size),) * 2
         cells = volume.boxes // np.tile(np.array([volume.width, volume.height]) // shape, 2)
         tallied = int(np.prod(cells[:, 2:] - cells[:, :2] + 1, axis=1).sum())
-    ends = split_ends(splitter, face_moves(split.faces, len(volume.faces)), tallied, cube, PARSYTEC, shape=shape)
-    return VolumeRun(splitter=splitter, is_weighted=is_weighted, count=len(volume.faces), split=split, work=work,
+    count = len(volume.faces)
+    ends = split_ends(splitter, face_moves(split.faces, count), count, tallied, cube, PARSYTEC, shape=shape)
+    return VolumeRun(splitter=splitter, is_weighted=is_weighted, count=count, split=split, work=work,
                      operations=operations, alone=alone, split_ends=ends, sent=cube.sent)
 
 

@@ -14,9 +14,9 @@ SILENT = NodeTiming(operation=1, setup=0, word=0)
 NODES, LINES, COLUMNS = 8, 64, 32
 
 
-def sent(splitter, moves, shape=(LINES, COLUMNS), timing=SILENT):
+def sent(splitter, moves, shape=(LINES, COLUMNS), timing=SILENT, count=160):
     cube = hypercube(NODES, timing)
-    ends = split_ends(splitter, moves, 500, cube, timing, shape=shape)
+    ends = split_ends(splitter, moves, count, 500, cube, timing, shape=shape)
     return cube.sent[:NODES], ends
 
 
@@ -38,6 +38,14 @@ def test_counts_of_all_nodes_are_added(splitter, words, messages):
     # From each to all: 7 steps, each with a barrier of 3 exchanges.
     assert (found[:, WORDS] == words + faces).all()
     assert (found[:, MESSAGES] == messages + 7 * (1 + 3)).all()
+
+
+@pytest.mark.parametrize("splitter", SPLITTERS)
+def test_boxes_are_those_of_the_faces_that_are_dealt(splitter):
+    """Without times of messages a split does not depend on how many nodes need each face, but on how many are dealt."""
+    once, often, more = (sent(splitter, np.full((NODES, NODES), each), count=count)[1].max()
+                         for each, count in ((20, 1280), (160, 1280), (20, 2560)))
+    assert once == often < more
 
 
 def test_splits_by_lines_take_less_than_those_by_a_mesh():
