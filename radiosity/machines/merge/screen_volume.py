@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from golden.base.errors import InputError
 from radiosity.machines.merge.tetrahedra import Tetrahedra
 
 __all__ = ["ScreenVolume", "drawn_direction", "view_volume"]
@@ -51,8 +52,16 @@ def view_volume(volume: Tetrahedra, direction: np.ndarray, width: int, height: i
     direction
         3 float64, not along the z axis.
     width, height
-        Pixels of the screen.
+        Pixels of the screen, at least 3: one at each edge is left free.
+
+    Raises
+    ------
+    InputError
+        They are fewer.
     """
+    for name, value in (("Width", width), ("Height", height)):
+        if value < 3:
+            raise InputError(f"merge: {name} must be at least 3 for a volume, not {value!r}", parameter=name)
     forward = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
     right = np.cross(forward, (0, 0, 1))
     right /= np.linalg.norm(right)

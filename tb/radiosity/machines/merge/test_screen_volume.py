@@ -1,8 +1,11 @@
 """Volumes fill the screen, and boxes have the pixels of their faces."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
+from golden.base.errors import InputError
 from radiosity.machines.merge.screen_volume import drawn_direction, view_volume
 from radiosity.machines.merge.tetrahedra import cut_grid
 from tb.radiosity.machines.merge.marched import small_volume
@@ -37,6 +40,18 @@ def test_boxes_are_the_pixels_that_faces_touch():
     at = screen.points[screen.faces][:, :, :2]
     assert np.array_equal(screen.boxes[:, :2], np.floor(at.min(axis=1)))
     assert np.array_equal(screen.boxes[:, 2:], np.floor(at.max(axis=1)))
+
+
+@pytest.mark.parametrize("size", [*product((1, 2, 3, 40), repeat=2)])
+def test_a_screen_has_a_pixel_between_its_edges(size):
+    volume, _ = small_volume(3)
+    if min(size) < 3:
+        with pytest.raises(InputError, match=f"must be at least 3 for a volume, not {next(n for n in size if n < 3)}"):
+            view_volume(volume, drawn_direction(3), *size)
+        return
+    screen = view_volume(volume, drawn_direction(3), *size)
+    assert (np.ptp(screen.points[:, :2], axis=0) - (np.array(size) - 2)).max() == pytest.approx(0)
+    assert np.array_equal(screen.boxes[:, :2], np.floor(screen.points[screen.faces][:, :, :2].min(axis=1)))
 
 
 def test_directions_look_down():
