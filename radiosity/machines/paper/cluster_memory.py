@@ -37,8 +37,9 @@ class ClusterMemory:
         Counts of references, by the level that has served them.
     held
         Numbers of the resident patches that have arrived.
-    dropped
-        Patches that the host has sent here and that are not of the resident set.
+    received, dropped
+        Patches of the resident set or requested that have arrived, and those that the host has sent here and that are
+        neither.
     """
 
     def __init__(self, agenda: Agenda, timing: PaperTiming, *, named: frozenset[int] | None,
@@ -48,7 +49,7 @@ class ClusterMemory:
         self._named, self._cache, self._request = named, cache, request
         # Actions that await patches, by patch; patches whose requests wait.
         self._awaited, self._waiting, self._outstanding = {}, deque(), 0
-        self.residents = self.hits = self.misses = self.dropped = 0
+        self.residents = self.hits = self.misses = self.received = self.dropped = 0
 
     def names(self, patch: int) -> bool:
         """Whether a patch may have rays in the section; one that its tag does not send here has none."""
@@ -80,15 +81,16 @@ class ClusterMemory:
             self.dropped += 1
             return
         self.held.add(patch)
-        self._wake(patch)
+        self._arrive(patch)
 
     def answer(self, patch: int) -> None:
         """A patch that has been requested arrives."""
         self._outstanding -= 1
-        self._wake(patch)
+        self._arrive(patch)
         self._send()
 
-    def _wake(self, patch):
+    def _arrive(self, patch):
+        self.received += 1
         if patch in self._awaited:
             ready, arguments = self._awaited.pop(patch)
             self._agenda.at(self._agenda.now + self._timing.resident, ready, *arguments)

@@ -106,7 +106,7 @@ class PaperRun:
         """Counts ready for JSON."""
         spec, steps = self.spec, self.steps
         rays = sum(len(frustum.record) for step in steps for frustum in step.prepared.frusta)
-        received = np.sum([[len(memory.held) + memory.misses for memory in step.memories] for step in steps], axis=0)
+        received = np.sum([[memory.received for memory in step.memories] for step in steps], axis=0)
         return {
             "scene": spec.scene, "patches": self.patches, "cell": spec.cell, "steps": spec.steps,
             "sources": [step.prepared.source for step in steps], "frusta": spec.steps * spec.samples**2, "rays": rays,

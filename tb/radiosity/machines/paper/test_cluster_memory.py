@@ -72,3 +72,14 @@ def test_a_patch_that_is_not_resident_is_dropped():
 @pytest.mark.parametrize(("named", "expected"), [(None, True), (frozenset([7]), True), (frozenset([8]), False)])
 def test_tags_name_the_patches_of_a_cluster(named, expected):
     assert Bench(named=named).memory.names(7) is expected
+
+
+def test_patches_that_arrive_are_received_once_and_kept_ones_are_not():
+    bench = Bench(resident=[1, 2], held=[1])
+    bench.memory.accept(2)
+    bench.memory.accept(3)
+    bench.refer(0, 1)
+    bench.refer(0, 4)
+    bench.agenda.at(20, bench.memory.answer, 4)
+    bench.agenda.run()
+    assert (bench.memory.received, bench.memory.dropped) == (2, 1)

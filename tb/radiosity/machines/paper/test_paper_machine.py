@@ -51,6 +51,23 @@ def test_supplies_have_their_own_traffic():
     assert pushed["requested"] < main["requested"] <= pulled["requested"]
 
 
+@pytest.mark.parametrize("supply", Supply)
+def test_nodes_receive_what_steps_bring_and_not_what_they_keep(supply):
+    machine = PaperMachine(PaperSpec(scene="cornell", steps=3, rays=(32, 16), cell=0.5, ratio=16), PRESETS["paper"],
+                           nodes=2)
+    run = machine.run(supply)
+    kept, brought = [set(), set()], 0
+    for step in run.steps:
+        plan = step.prepared.plan
+        resident = [set(own.tolist() if supply is Supply.PUSHED else ()) for own in plan.resident]
+        lacking = set().union(*(own - held for own, held in zip(resident, kept, strict=True)))
+        brought += sum(patch in resident[cluster] for patch in lacking.intersection(plan.found.tolist())
+                       for cluster in plan.tags.destinations(patch).tolist())
+        kept = [memory.held for memory in step.memories]
+    received = run.report()["of_a_node"]["received"]
+    assert received["mean"] * 2 == brought + run.total("misses")
+
+
 def test_the_command_has_all_supplies():
     options = {option.name: option for option in radiosity.cli.main.main.commands["machine"].commands["paper"].params}
     assert list(options["supply"].type.choices) == [supply.value for supply in Supply]
