@@ -243,14 +243,15 @@ def simulate_torus(scene: TorusScene, setup: TorusSetup, *, log: int = 0) -> Tor
         item = ts.new_item(state, ts.OBJECT)
         state.items[item, Item.PIXEL] = number
         ts.append(state, 0, Node.OBJECTS, item)
-    # A turn or a message of each node, and what fits the buffer of each link.
-    heap = event_heap(setup.nodes * (4 + 4 * (setup.buffer // ts.LEAST_BYTES + 1)))
+    # Turns and messages of each node, and what is on the links.
+    heap = event_heap(4 * setup.nodes + len(state.items))
     start_turns(heap, state)
     while True:
         ended, time = run_turns(heap, machine, state)
         if ended != FULL:
             break
         state = ts.enlarged(state)
+        heap = heap._replace(entries=np.resize(heap.entries, (4 * setup.nodes + len(state.items), 4)))
     if ended == DONE:
         return TorusRun(scene=scene, setup=setup, boxes=boxes, grids=grids, state=state, time=int(time),
                         log=machine.log[:state.counts[Count.LOGGED]])

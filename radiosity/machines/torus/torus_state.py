@@ -25,9 +25,6 @@ _RAY_BYTES, _SHADOW_BYTES, _HEADER_BYTES, _VALUE_BYTES = 60, 48, 4, 16
 # The state packet, an object of four corners, a request, a grant.
 _TOKEN_BYTES, _OBJECT_BYTES, _REQUEST_BYTES, _GRANT_BYTES = 8, 140, 4, 16
 
-LEAST_BYTES = _REQUEST_BYTES
-"""Bytes of the smallest message."""
-
 
 class TorusState(NamedTuple):
     """All that changes, which compiled functions do.

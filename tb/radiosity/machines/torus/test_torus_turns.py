@@ -11,9 +11,12 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 
 def test_nodes_block_while_a_buffer_is_full_and_go_on():
-    small, large = (run_small(nodes=4, size=(40, 40), delay=400_000, buffer=buffer) for buffer in (1024, 1 << 16))
+    """The largest buffer has the times of one that suffices, and no memory for more than is on its link."""
+    small, large, largest = (run_small(nodes=4, size=(40, 40), delay=400_000, buffer=buffer)
+                             for buffer in (1024, 1 << 16, 1 << 30))
     assert small.sums.tobytes() == large.sums.tobytes()
     assert small.time > large.time
+    assert largest.report() == large.report()
 
 
 def test_a_deadlock_of_small_buffers_is_named():
