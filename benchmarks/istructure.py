@@ -13,12 +13,15 @@ from functools import cache
 
 import click
 import numpy as np
+from click.core import ParameterSource
 
 from benchmarks.grades import signed
 from benchmarks.path_area import area_table, equal_area_table, path_area
+from benchmarks.recorded import check_recorded
 from benchmarks.report import benchmark, cell_text, provenance, table, write_chart, write_report
 from benchmarks.shared_hardware import cast_rows, recorded_rows, simulated_rows
 from benchmarks.shared_scene import LATENCY, Access, Outcome, Placement, SharedScene
+from golden.base.errors import InputError
 from radiosity.charts.chart import Line
 from radiosity.cli.console import console
 
@@ -96,9 +99,9 @@ def _scene_rows(scenes, found, share):
                *(f"{count:.0f}" for count in (deferral.kept, deferral.deferred, deferral.flits, deferral.misses))]
 
 
-def _calibration(hardware):
+def _calibration(recorded, hardware):
     """A table: recorded cycles of the hardware, or those that it takes now, beside simulated ones."""
-    rows, recorded = [], recorded_rows()
+    rows = []
     taken = {row: round(cycles) for row, cycles in cast_rows(recorded)} if hardware else {}
     for row, simulated in simulated_rows(recorded):
         cycles = taken.get(row, row.cycles)
@@ -131,7 +134,8 @@ def _chart(found, clusters):
         y_top=1.05 * max(float(line.y.max()) for line in lines))
 
 
-@benchmark("istructure", SCENES)
+@benchmark("istructure")
+@click.argument("scenes", nargs=-1)
 @click.option("--clusters", type=click.IntRange(1, 16), multiple=True, default=_CLUSTERS, show_default=True,
               help="Simulate this many clusters, a power of two; may be repeated.")
 @click.option("--sizes", is_flag=True, help="Compare sizes of resident sets and patch stores instead.")
@@ -139,11 +143,19 @@ def _chart(found, clusters):
 @click.option("--hardware", is_flag=True, help="With --calibrate, have the hardware cast again: many minutes.")
 def main(scenes, clusters, sizes, calibrate, hardware) -> None:
     """Compare paths to patches that a cluster does not hold; SCENES default to those of the thesis, and city."""
+    if hardware and not calibrate:
+        raise InputError("--hardware needs --calibrate")
     if calibrate:
+        for option in ("clusters", "sizes"):
+            if click.get_current_context().get_parameter_source(option) is ParameterSource.COMMANDLINE:
+                raise InputError(f"--{option} does not go with --calibrate, whose machines are recorded")
+        recorded = recorded_rows()
+        check_recorded("istructure", scenes, [row.scene for row in recorded])
+        recorded = [row for row in recorded if not scenes or row.scene in scenes]
         write_report("Machines that share a scene, simulated and of the hardware", f"{provenance('numpy')}.",
-                     _calibration(hardware))
+                     _calibration(recorded, hardware))
         return
-    made, clusters = {name: SharedScene(name) for name in dict.fromkeys(scenes)}, sorted({*clusters})
+    made, clusters = {name: SharedScene(name) for name in dict.fromkeys(scenes or SCENES)}, sorted({*clusters})
     conditions = (
         f"{provenance('numpy')}; preset paper, a hemisphere of 256 x 64 rays for each cluster, {cell_text(None)}, main "
         f"memory {LATENCY} cycles away, stores with what the frustum before has left.")

@@ -19,9 +19,8 @@ from benchmarks.grades import signed
 from benchmarks.machine_cuts import recorded_cuts, simulated_cuts
 from benchmarks.machine_jobs import recorded_jobs, simulate
 from benchmarks.machine_memory import recorded_memory, simulated_memory
-from benchmarks.recorded import read_rows
+from benchmarks.recorded import check_recorded, read_rows
 from benchmarks.report import benchmark, provenance, table, write_report
-from golden.base.errors import InputError
 from golden.cast.hemisphere import Hemisphere
 from golden.engine.cast.shelling import Shelling
 from golden.engine.config import Config
@@ -138,10 +137,7 @@ def main(scenes, calibrate) -> None:
     """Simulate one hemisphere on one cluster; SCENES default to cornell, lobby, room1627, tetra and man."""
     recorded = recorded_cycles()
     if calibrate:
-        known = tuple(dict.fromkeys(name for name, _ in recorded))
-        for name in scenes:
-            if name not in known:
-                raise InputError(f"machines: Scenes must be of {', '.join(known)} with --calibrate, not {name!r}")
+        check_recorded("machines", scenes, [name for name, _ in recorded])
         rows = [key for key in recorded if not scenes or key[0] in scenes]
     else:
         rows = [(name, one) for name in scenes or SCENES for one in _CELLS]

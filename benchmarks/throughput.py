@@ -13,11 +13,13 @@ from statistics import median
 
 import click
 import numpy as np
+from click.core import ParameterSource
 
 from benchmarks.bare_embree import LANES, BareEmbree
 from benchmarks.casting import REPEATS, binding, rate, shortest
 from benchmarks.engine import LATENCY, RAYS, SCENES, machine_config, measure, prepare_cast
 from benchmarks.report import benchmark, cell_text, provenance, table, write_report
+from golden.base.errors import InputError
 from golden.base.processors import processors
 from golden.base.spread import in_threads, spans
 from golden.cast.rays import Rays
@@ -127,6 +129,8 @@ def rays_of(prepared: PreparedJob) -> Rays:
 @ASSIGNMENTS
 def main(scenes, cell, rays, mhz, source, preset, assignments) -> None:
     """Compare one cluster with Embree; SCENES default to cornell, lobby, room1627, tetra and man."""
+    if mhz is None and click.get_current_context().get_parameter_source("source") is ParameterSource.COMMANDLINE:
+        raise InputError("--source needs --mhz")
     config = machine_config(preset, assignments, rays)
     rows, known = [], list(recorded(preset, assignments))
     luts = known[0].lut if known else None
