@@ -12,8 +12,10 @@ __all__ = ["exact_geometry", "ray_directions", "rule_hits"]
 
 
 def ray_directions(record: FrustumRecord) -> np.ndarray:
-    """Directions of a record's rays, rows x columns x 3, from the sizes of its grid alone."""
-    return (screen_directions if record.is_screen else hemisphere_directions)(record.columns, record.rows)
+    """Directions of a record's rays, rows x columns x 3, from its sizes and the side of a screen's pixel alone."""
+    if record.is_screen:
+        return screen_directions(record.columns, record.rows, 2 * record.slopes[1] / record.rows)
+    return hemisphere_directions(record.columns, record.rows)
 
 
 def rule_hits(record: FrustumRecord, geometry: PatchGeometry, numbers: type = np.int64) -> RuleHits:

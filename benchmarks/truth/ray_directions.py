@@ -17,9 +17,12 @@ def hemisphere_directions(azimuths: int, polars: int) -> np.ndarray:
                      for cosine, sine in rows])
 
 
-def screen_directions(width: int, height: int) -> np.ndarray:
-    """(x, y, 1), height x width x 3: x and y of the middles of pixels in a grid of powers of two from -1 to 1."""
-    x, y = ([(2 * number + 1 - size) << 16 >> max(1, (size - 1).bit_length()) for number in range(size)]
+def screen_directions(width: int, height: int, pitch: float) -> np.ndarray:
+    """(x, y, 1), height x width x 3: x and y of the middles of pixels, whose side is the slope ``pitch``, in a grid of
+    powers of two from -1 to 1.
+    """
+    least = min((max(width, height) - 1).bit_length() - 1, math.ceil(-math.log2(pitch)))
+    x, y = ([(2 * number + 1 - size) << 16 >> max(1, (size - 1).bit_length(), least) for number in range(size)]
             for size in (width, height))
     return np.array([[(column, row, 1 << 16) for column in x] for row in y])
 

@@ -39,6 +39,12 @@ def largest_frustum(config):
     return seen_through(record, "icu.ipbb", count=COUNT, seed=7, config=config)
 
 
+def long_frustum(config):
+    """Its grid has far more columns than the frustum."""
+    record = random_screen(np.random.default_rng(10), config, (3, 1 << config.icu.side_bits))
+    return seen_through(record, "icu.ipbb", count=COUNT, seed=10, config=config)
+
+
 def vectors(draw, config):
     given = draw(config)
     windows, direction = ImagePlaneWindows(frustum_record(given, config), config), given["direction"]
@@ -57,6 +63,7 @@ class TestIpbb(Bench):
     cases = {"small frustum": Case(partial(vectors, small_frustum), [*CONFIGURATIONS.values(), {"icu.side_bits": 16}]),
              "small frustum beside shadows": Case(partial(vectors, small_frustum), SHADOWS, simulated=False),
              "shadow frustum": Case(partial(vectors, shadow_frustum), SHADOWS, simulated=False),
+             "long frustum": Case(partial(vectors, long_frustum), LIMITS),
              # Only the finest grid has many entries at the very border of a window.
              "largest frustum": Case(partial(vectors, largest_frustum), [*LIMITS, {"icu.side_bits": 16}])}
 

@@ -174,7 +174,8 @@ def hemisphere_record(hemisphere: Hemisphere, coordinates: GCoordinates, origin,
 def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
     """The pixels of a picture, row 0 on top.
 
-    The rays are the middle of a grid of powers of two that spans x and y from -1 to 1. The R axes are right, down and
+    The rays are the middle of a grid of powers of two that spans x and y from -1 to 1. Neither axis'
+    slope at 1 is below both half the other's and 1/2, so that M's rows keep their bits. The R axes are right, down and
     forward.
 
     Raises
@@ -187,17 +188,18 @@ def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
     if max(bits) > numbers.direction_fraction:
         raise InputError(f"frustum: Picture must be at most {1 << numbers.direction_fraction} pixels wide and high, "
                          f"not {screen.width} x {screen.height}")
-    half = np.array([screen.pitch * 2.0 ** (bit - 1) for bit in bits] + [1.0])
+    half = np.append(screen.pitch * 2.0 ** (bits - 1), 1.0)
     axes = screen.camera.axes * [[1], [-1], [1]]
     z_scale = half.min()
     encode = numbers.direction.encode
     x, y = (encode((2 * np.arange(size) + 1 - size) / 2.0**bit, "screen table")[:, None]
             for size, bit in zip((screen.width, screen.height), bits, strict=True))
-    slope_scale = screen_slope_scale(half[:2] * (screen.width, screen.height) / 2.0**np.array(bits))
+    slope_scale = screen_slope_scale(half[:2] * (screen.width, screen.height) / 2.0**bits)
     return FrustumRecord(
         is_screen=True, numbers=numbers, origin=coordinates.integers(screen.camera.eye),
         matrix=encode(axes * (z_scale / half)[:, None], "frustum matrix"),
         to_global=encode(axes.T / [1, 1, slope_scale], "frustum matrix"),
+    bits = np.maximum(bits, int(min(max(bits) - 1, np.ceil(-np.log2(screen.pitch)))))
         z_scale=int(encode(z_scale, "z scale")), half_angles=(float(half[0]), float(half[1])),
-        columns=screen.width, rows=screen.height, column_bits=bits[0], row_bits=bits[1],
+        columns=screen.width, rows=screen.height, column_bits=int(bits[0]), row_bits=int(bits[1]),
         column_table=x, row_table=y)

@@ -7,6 +7,7 @@ from golden.cast.default_camera import default_camera
 from golden.cast.frame import frame
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
+from golden.cast.shared_caster import shared_caster
 from golden.engine.cast.fixed_hits import read_out
 from golden.engine.cast.naive_fixed import NaiveFixed
 from golden.engine.cast.shelling import Shelling, ShellingCounts
@@ -20,6 +21,8 @@ from golden.engine.scene.g_coordinates import GCoordinates
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.subshells import SubshellList
 from golden.scene.builtin import builtin_scene
+from golden.scene.camera import Camera
+from golden.scene.scene import Scene
 from tb.golden.cast.frusta import (
     CELLS,
     CONFIG,
@@ -108,6 +111,23 @@ def test_tests_are_counted_ray_by_ray(seed):
     _, counts = frustum.shelling(sectors=sectors, ray_tests=tests)
     assert tests.max() > 1
     assert [tests[one.mask(frustum.record).ravel()].sum() for one in sectors] == [one.tests for one in counts]
+
+
+@pytest.mark.parametrize(("width", "height", "fov", "seed"), [(2, 1024, 40, 0), (1, 700, 60, 1), (600, 4, 0.3, 2)])
+def test_elongated_screens_are_exact_and_their_rays_are_the_cameras(width, height, fov, seed):
+    """In small triangles near the plane of a strip."""
+    random, eye = np.random.default_rng(seed), (0.31, -0.7, 0.5)
+    up = (1, 0, 0) if height > width else (0, 0, 1)
+    middle = random.random((3000, 1, 3)) * (1, 1, 0.002) + (0, 0, 0.499)
+    scene = Scene.from_arrays(middle + 0.01 * (random.random((3000, 3, 3)) - 0.5), name="strip")
+    screen = Screen(camera=Camera(eye=eye, target=(0.43, 1, 0.5), up=up, fov=fov), width=width, height=height)
+    geometry = PatchGeometry.of(scene, CONFIG.numbers, [eye])
+    frustum = RandomFrustum(seed, geometry, screen_record(screen, geometry.coordinates), 1 / 64)
+    naive = frustum.naive()
+    assert len(frustum.shelling()[0].differences(naive)) == 0
+    other = naive.patch != shared_caster(scene, "grid", 1).nearest(screen.rays()).patch
+    assert np.count_nonzero(naive.patch >= 0) > 0.5 * len(screen)
+    assert np.count_nonzero(other) < 0.02 * len(screen)
 
 
 def test_the_order_of_the_patches_does_not_matter():

@@ -244,6 +244,31 @@ def test_directions_of_grid_rays_are_off_by_less_than_their_slack(bits):
         fixed, share)
 
 
+@pytest.mark.parametrize("bits", [10, 16])
+def test_rays_and_grid_rays_of_any_screen_are_off_by_less_than_their_slack(bits):
+    """Sizes from a pixel to 4,096, of any proportion, and fields of view up to 120 degrees."""
+    numbers, random, shares = Numbers(direction_fraction=bits), np.random.default_rng(bits), []
+    coordinates, (_, share) = GCoordinates.of(room(), numbers), margins.rounding(numbers)
+    for _ in range(400):
+        size = np.floor(2 ** random.uniform(0, min(bits, 12), 2)).astype(int)
+        camera = Camera(eye=(8, 8, 8), target=random.uniform(0, 7, 3), up=random.normal(size=3),
+                        fov=float(random.choice([16, 40, 90, 120])))
+        screen = Screen(camera=camera, width=int(size[0]), height=int(size[1]))
+        record = screen_record(screen, coordinates)
+        scale, slopes, axes = record.slope_scale, np.array(record.slopes), camera.axes * [[1], [-1], [1]]
+        column, row = [0, 0, size[0] - 1, size[0] // 2], [0, size[1] - 1, 0, size[1] // 2]
+        exact = np.stack([screen.x[column], -screen.y[row]], axis=1)
+        # Slopes in the camera's axes of what the machine takes for a ray, and the point at depth 1 of a grid ray.
+        ray = np.linalg.solve(record.matrix, record.directions(column, row).T).T @ axes.T
+        given = np.pad(np.rint(exact / scale * 2**FRACTION).astype(int), ((0, 0), (0, 1)),
+                       constant_values=1 << FRACTION)
+        grid = global_directions(given, record) @ axes.T * scale / 2.0**FRACTION
+        error = np.abs(ray[:, :2] / ray[:, 2:] - exact) + np.abs(grid[:, :2] - exact) + np.abs(
+            exact * (grid[:, 2:] - 1))
+        shares.append((error / (share * scale * np.hypot(1, slopes))).max())
+    assert 0.2 < max(shares) < 1
+
+
 @pytest.mark.parametrize(("scene_bits", "vector_fraction"), [(12, 12), (14, 12), (24, 22), (24, 16), (24, 10)])
 def test_cells_list_what_the_formats_round_or_the_slack_covers_it(scene_bits, vector_fraction):
     """A vertex is off by half a unit of each axis of R, of which a screen stretches some."""
