@@ -27,7 +27,7 @@ def near_cells(record: FrustumRecord, table: CellTable, slopes: tuple[float, flo
         reach = margins.DIAGONAL + (1 + margins.DIAGONAL) * np.sqrt(1 + np.square(slopes).sum())
         index = home + _cube(int(np.ceil(reach)))
         centre = (table.lower - record.origin) + table.cell * (index + 0.5)
-        local = centre @ record.matrix.T * (np.array([*record.half_angles, 1.0]) / record.z_scale / table.cell)
+        local = record.view_coordinates(centre) / table.cell
         near = margins.depth(1, rounding)
         inside = (local[:, 2] >= -near) & (local[:, 2] <= 1 + margins.slack(1, rounding=rounding))
         for axis, slope in enumerate(slopes):

@@ -66,7 +66,7 @@ class CellTraversalUnit:
         offset = corners.reshape(3, -1).T - record.origin
         self.rounding = margins.rounding(record.numbers, self._displacement())
         if record.is_screen:
-            distance = (offset @ record.matrix[2]).max() / record.z_scale
+            distance = record.view_coordinates(offset)[:, 2].max()
         else:
             distance = np.sqrt((offset * offset).sum(axis=1).max())
         self.last_shell = max(1, int(np.ceil(distance / table.cell * (
@@ -91,7 +91,7 @@ class CellTraversalUnit:
         ``offset`` leads to the corners of the cells.
         """
         if self.record.is_screen:
-            distance = (offset @ self.record.matrix[2]).min() / self.record.z_scale
+            distance = self.record.view_coordinates(offset)[:, 2].min()
         else:
             distance = np.linalg.norm(np.maximum(np.maximum(offset.min(axis=0), -offset.max(axis=0)), 0))
         shells = int(max(distance, 0) / self.table.cell)
@@ -121,7 +121,7 @@ class CellTraversalUnit:
         """Largest distance of a hit, in R units of 1, that no patch of this or a later shell can improve."""
         reach = max(0.0, shell - 1 - margins.depth(shell, self.rounding))
         cube = 2.0**self.record.numbers.scene_bits
-        return reach * self.table.cell / cube * self.record.z_scale / 2.0**self.record.numbers.direction_fraction
+        return reach * self.table.cell / cube * self.record.least_z_scale / 2.0**self.record.numbers.direction_fraction
 
     def limit(self, shell: int, config: Config) -> int:
         """Largest stored inverse distance of a ray that may still change from this shell on.

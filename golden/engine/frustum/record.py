@@ -14,7 +14,10 @@ from golden.engine.frustum.bundle import Bundle
 from golden.engine.lib.fixed import ceil_sqrt, round_shift
 from golden.engine.scene.g_coordinates import GCoordinates
 
-__all__ = ["FrustumRecord", "hemisphere_record", "screen_record", "screen_slope_scale"]
+__all__ = ["LEAST_Z_SCALE", "FrustumRecord", "hemisphere_record", "screen_record", "screen_slope_scale"]
+
+LEAST_Z_SCALE = 32
+"""Least `FrustumRecord.z_scale` of a screen: depths and slopes are off by at most 4.3 % of themselves."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,6 +91,17 @@ class FrustumRecord:
     def slope_scale(self) -> float:
         """Ratio of a grid ray's parameter to its distance (hemisphere: 1) or depth (screen)."""
         return screen_slope_scale(self.slopes) if self.is_screen else 1.0
+
+    @property
+    def least_z_scale(self) -> float:
+        """Lower bound of the R coordinate z of a point on a ray, divided by its depth; a hemisphere's `z_scale`."""
+        if not self.is_screen:
+            return self.z_scale
+        return self.z_scale - 0.5 - 0.5 * np.sqrt(3) * np.linalg.norm([*self.slopes, 1.0])
+
+    def view_coordinates(self, offset: np.ndarray) -> np.ndarray:
+        """Offsets from a screen's origin in G along the R axes, K x 3, to the precision of `to_global`."""
+        return offset @ self.to_global * [1.0, 1.0, self.slope_scale] / 2.0**self.numbers.direction_fraction
 
     def directions(self, column, row) -> np.ndarray:
         """Directions of the rays in ``column`` and ``row`` (arrays that broadcast): ... x 3 int64, signed 1.16."""
@@ -181,16 +195,22 @@ def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
     Raises
     ------
     InputError
-        The eye is outside the coordinates, or the picture is too large.
+        The eye is outside the coordinates, the picture is too large, or its field of view is too narrow.
     """
     numbers = coordinates.numbers
     bits = [max(1, (size - 1).bit_length()) for size in (screen.width, screen.height)]
+    bits = np.maximum(bits, int(min(max(bits) - 1, np.ceil(-np.log2(screen.pitch)))))
     if max(bits) > numbers.direction_fraction:
         raise InputError(f"frustum: Picture must be at most {1 << numbers.direction_fraction} pixels wide and high, "
                          f"not {screen.width} x {screen.height}")
     half = np.append(screen.pitch * 2.0 ** (bits - 1), 1.0)
     axes = screen.camera.axes * [[1], [-1], [1]]
     z_scale = half.min()
+    least = LEAST_Z_SCALE / 2**numbers.direction_fraction
+    if z_scale < least:
+        narrowest = np.degrees(2 * np.arctan(least * screen.height / 2.0 ** bits.min()))
+        raise InputError(f"frustum: Field of view must be at least {narrowest:.3g} degrees for {screen.width} x "
+                         f"{screen.height} pixels, not {screen.camera.fov!r}", parameter="fov")
     encode = numbers.direction.encode
     x, y = (encode((2 * np.arange(size) + 1 - size) / 2.0**bit, "screen table")[:, None]
             for size, bit in zip((screen.width, screen.height), bits, strict=True))
@@ -199,7 +219,6 @@ def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
         is_screen=True, numbers=numbers, origin=coordinates.integers(screen.camera.eye),
         matrix=encode(axes * (z_scale / half)[:, None], "frustum matrix"),
         to_global=encode(axes.T / [1, 1, slope_scale], "frustum matrix"),
-    bits = np.maximum(bits, int(min(max(bits) - 1, np.ceil(-np.log2(screen.pitch)))))
         z_scale=int(encode(z_scale, "z scale")), half_angles=(float(half[0]), float(half[1])),
         columns=screen.width, rows=screen.height, column_bits=int(bits[0]), row_bits=int(bits[1]),
         column_table=x, row_table=y)

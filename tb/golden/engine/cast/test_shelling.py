@@ -130,6 +130,37 @@ def test_elongated_screens_are_exact_and_their_rays_are_the_cameras(width, heigh
     assert np.count_nonzero(other) < 0.02 * len(screen)
 
 
+@pytest.mark.parametrize(("fov", "cell"), [(0.12, 1 / 128), (0.3, 1 / 256), (1.0, 1 / 256)])
+def test_narrow_screens_are_exact(fov, cell):
+    """A slanted quad that fills the view from afar, and small squares up to two cells before it."""
+    random, middle = np.random.default_rng(3), np.full(3, 0.5)
+    half, corners = np.tan(np.radians(fov / 2)), np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+
+    def seen(direction):
+        camera = Camera(eye=tuple(middle - 4 * direction), target=tuple(middle), up=(0, 0, 1), fov=fov)
+        return Screen(camera=camera, width=128, height=128)
+
+    def shallowest(direction):
+        """How much less than `z_scale` the R coordinate of depth 1 is."""
+        screen = seen(direction)
+        record = screen_record(screen, GCoordinates.of(room(), CONFIG.numbers, [screen.camera.eye]))
+        return record.z_scale - record.matrix[2] @ screen.camera.axes[2]
+
+    axes = random.normal(size=(400, 3))
+    screen = seen(max(axes / np.linalg.norm(axes, axis=1, keepdims=True), key=shallowest))
+    across, forward = screen.camera.axes[:2], screen.camera.axes[2]
+    place, before = random.uniform(-3, 3, (400, 1, 2)) * half, random.uniform(0.5, 2, (400, 1)) * cell
+    flat = np.concatenate([corners[None] * 5.2 * half, place + 0.4 * cell * corners])
+    depth = np.concatenate([flat[:1, :, 0], place[..., 0] - before + np.zeros(4)])
+    patches = middle + flat @ across + depth[..., None] * forward
+    box = np.array([[0, 0, 0], [1e-4, 0, 0], [1e-4, 1e-4, 0], [0, 1e-4, 0]])
+    scene = Scene.from_arrays(np.concatenate([patches, [box, 1 - box]]), name="tele")
+    geometry = PatchGeometry.of(scene, CONFIG.numbers, [screen.camera.eye])
+    frustum = RandomFrustum(0, geometry, screen_record(screen, geometry.coordinates), cell)
+    assert np.count_nonzero(frustum.naive().patch > 0) > 1000
+    assert frustum.differing() == 0
+
+
 def test_the_order_of_the_patches_does_not_matter():
     frustum = random_frustum(6)
     expected = frustum.naive()

@@ -296,12 +296,15 @@ def test_thresholds_are_those_of_the_depth_rounded_up_once(cell):
     camera = Camera(eye=(3, 5, 7), target=(9, 8, 8), up=(0, 0, 1), fov=80.0)
     numbers = CONFIG.numbers
     floors = settle_floor(np.arange(CONFIG.icu.settle.high + 1), CONFIG)
-    for record in (hemisphere_record(Hemisphere(64, 16), coordinates, (3, 5, 7), (1, 1, 1)),
-                   screen_record(Screen(camera=camera, width=40, height=30), coordinates)):
+    # A point of a screen's view is no nearer in R than half a unit of z_scale, and of each entry of M's row, allow.
+    slopes = [Decimal(float(np.tan(np.radians(40)))) * size / 30 for size in (40, 30)]
+    rounded = (1 + (3 * (1 + sum(slope * slope for slope in slopes))).sqrt()) / 2
+    for record, less in ((hemisphere_record(Hemisphere(64, 16), coordinates, (3, 5, 7), (1, 1, 1)), 0),
+                         (screen_record(Screen(camera=camera, width=40, height=30), coordinates), rounded)):
         unit = CellTraversalUnit(record, table)
         for shell in range(3, unit.last_shell + 1):
             # In units of the R frame: a cell of the table, seen along an axis scaled by z_scale.
-            reach = (shell - 1 - D - slack(shell)) * table.cell * record.z_scale / Decimal(2) ** 40
+            reach = (shell - 1 - D - slack(shell)) * table.cell * (record.z_scale - less) / Decimal(2) ** 40
             assert abs(Decimal(unit.settled(shell)) - reach) < Decimal(10) ** -12
             limit, exact = unit.limit(shell, CONFIG), 1 / Fraction(unit.settled(shell))
             assert Fraction(float(decode(np.array(limit - 1), numbers))) < exact * (1 + Fraction(1, 2**28))

@@ -7,6 +7,7 @@ from golden.cast.hemisphere import Hemisphere
 from golden.cast.screen import Screen
 from golden.engine.config import Numbers
 from golden.engine.frustum import hemisphere_record, screen_record
+from golden.engine.frustum.record import LEAST_Z_SCALE
 from golden.engine.scene.g_coordinates import GCoordinates
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
@@ -61,6 +62,31 @@ def test_grid_rays_of_a_screen_have_scaled_slopes(coordinates, fov):
     given = local / [record.slope_scale, record.slope_scale, 1]
     assert np.abs(given @ (record.to_global * UNIT).T * record.slope_scale - screen.rays().direction).max() \
         <= 2 * UNIT * record.slope_scale
+
+
+@pytest.mark.parametrize("bits", [10, 16])
+def test_what_a_ray_meets_is_as_deep_as_its_least_z_scale_and_other_frames_are_refused(bits):
+    coordinates, random = GCoordinates.of(builtin_scene("cornell"), Numbers(direction_fraction=bits)), \
+        np.random.default_rng(bits)
+    refused = 0
+    for _ in range(300):
+        width, height = (int(2 ** random.uniform(0, bits)) for _ in range(2))
+        # The least field of view is that of the message, of three digits.
+        with pytest.raises(InputError, match="Field of view must be at least") as error:
+            view(coordinates, width, height, 1e-9)
+        assert error.value.parameter == "fov"
+        fov, least = float(10 ** random.uniform(-4, 2)), float(str(error.value).split(" degrees")[0].split()[-1])
+        if fov < 1.01 * least:
+            refused += 1
+            with pytest.raises(InputError, match="Field of view"):
+                view(coordinates, width, height, min(fov, 0.99 * least))
+            fov = 1.01 * least
+        screen, record = view(coordinates, width, height, fov)
+        corners = np.array([0, width - 1, width * (height - 1), width * height - 1])
+        depth = screen.rays(corners).direction @ record.matrix[2]
+        assert LEAST_Z_SCALE * 0.957 < record.least_z_scale <= depth.min()
+        assert depth.max() <= 2 * record.z_scale - record.least_z_scale
+    assert refused > 30
 
 
 def test_the_largest_row_of_a_screens_matrix_is_of_unit_length(coordinates):
