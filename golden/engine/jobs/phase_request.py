@@ -14,6 +14,7 @@ from golden.engine.memsys.patches.cell_table import CellTable
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.engine.schedule.low_density import low_density
 from golden.engine.schedule.phase import machine_schedule
+from golden.engine.schedule.virtual_frusta import most_ratio
 
 __all__ = ["phase_request", "sections_per_frustum"]
 
@@ -53,7 +54,7 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     config
         The machine's configuration.
     ratio
-        Rays of the frustum for each ray of the sparse casting.
+        Rays of the frustum for each ray of the sparse casting, or the most that have room in a block of the frustum.
     clusters
         Sections of each frustum that clusters share, a power of two. Default: `sections_per_frustum`. At most
         `most_sections`.
@@ -70,6 +71,7 @@ def phase_request(records: Sequence[FrustumRecord], geometry: PatchGeometry, tab
     first, casting = records[0], config.noc.clusters
     clusters = sections_per_frustum(len(records), casting) if clusters is None else clusters
     clusters = min(clusters, most_sections(first.columns, first.rows, config))
+    ratio = min(ratio, most_ratio(first.columns, first.rows))
     plan = workload = cycles = None
     is_shadow = first.bundle == Bundle.SHADOW
     if config.ctu.subshells and not is_shadow:

@@ -9,7 +9,7 @@ from golden.base.errors import InputError, check_int
 from golden.engine.icu.window import Window
 from golden.engine.schedule.sections import grid_of
 
-__all__ = ["Overlaps", "VirtualFrusta"]
+__all__ = ["Overlaps", "VirtualFrusta", "most_ratio"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +59,10 @@ class VirtualFrusta:
         check_int("schedule: Ratio", ratio)
         if ratio < 1 or ratio & (ratio - 1):
             raise InputError(f"schedule: Ratio must be a power of two, not {ratio!r}", parameter="ratio")
-        frusta = cls(columns, rows, *grid_of(ratio))
-        if frusta.width > columns or frusta.height > rows:
+        if ratio > most_ratio(columns, rows):
             raise InputError(f"schedule: Ratio must leave a ray of {columns} x {rows}, not be {ratio!r}",
                              parameter="ratio")
-        return frusta
+        return cls(columns, rows, *grid_of(ratio))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -109,3 +108,8 @@ class VirtualFrusta:
         above, below = np.maximum(top[which], row * self.height), np.minimum(bottom[which], (row + 1) * self.height)
         rays = (end - first) * (below - above)
         return Overlaps(number[which], column, row, rays, rays == self.sizes[row, column])
+
+
+def most_ratio(columns: int, rows: int) -> int:
+    """The largest ratio whose blocks are neither wider nor higher than so many rays."""
+    return 1 << min(2 * (columns.bit_length() - 1), 2 * rows.bit_length() - 1)

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from golden.base.errors import InputError
+from golden.cast.screen import Screen
 from golden.engine.cast.shelling import Shelling
+from golden.engine.frustum import screen_record
 from golden.engine.jobs.frustum_cycles import frustum_cycles
 from golden.engine.jobs.job import plan_job
 from golden.engine.jobs.phase_request import phase_request, sections_per_frustum
 from golden.engine.jobs.result_formats import HitFormat
+from golden.scene.open import open_scene
 from tb.golden.engine.cast.drawn_shadows import drawn_frustum
 from tb.golden.engine.jobs.jobs import CONFIG, RAYS, hemispheres, scene
 
@@ -81,6 +84,18 @@ def test_the_work_is_that_of_the_reference():
         (first, None), (other, None), (first, other)))
     assert np.array_equal(referred, of_other)
     assert not np.array_equal(referred, of_first)
+
+
+@pytest.mark.parametrize(("size", "lists"), [
+    *((size, False) for size in [(64, 3), (3, 64), (40, 1), (2, 2), (1, 40), (1, 1)]),
+    # Resident sets need a column for each of the two clusters.
+    *((size, True) for size in [(64, 3), (3, 64), (40, 1), (2, 2)])])
+def test_a_picture_of_any_size_is_scheduled(size, lists):
+    config = CONFIG.replace({"ctu.subshell_bits": 10, "icu.rays": 1024}) if lists else CONFIG
+    screen = screen_record(Screen(camera=open_scene("lobby").camera, width=size[0], height=size[1]),
+                           scene().geometry.coordinates)
+    made = request([screen], config, clusters=2)
+    assert sum(one.section.rays for one in plan_job([made], config).sections if one) == len(screen)
 
 
 def test_subshell_lists_and_resident_sets_where_the_machine_has_them():
