@@ -24,6 +24,10 @@ def visible(scene: Scene, *, origin: tuple[float, float, float] | None = None, p
             progress: bool = False) -> np.ndarray:
     """Whether nothing is between a point of a light and each of some points, by the machine's shadow frusta.
 
+    What is in the plane of a point, or in the last share 2^-16 / h of a ray, does not count: h is the light's height
+    over that plane, the side of a cube around scene and light being 1. So a point whose plane passes through the light,
+    which does not light it, is visible whatever is between.
+
     Parameters
     ----------
     scene

@@ -21,6 +21,7 @@ from golden.engine.icu.patch_setup import PatchSetup
 from golden.engine.icu.shadow_memory import ShadowMemory
 from golden.engine.scene.patch_geometry import PatchGeometry
 from golden.scene.builtin import builtin_scene
+from golden.scene.scene import Scene
 from tb.golden.engine.cast.drawn_shadows import drawn_frustum, drawn_rays
 from tb.golden.engine.icu.patches import CONFIG
 from tb.golden.light.cube import cube
@@ -121,6 +122,29 @@ def test_a_grid_ray_is_near_all_rays_of_a_position():
     assert (whole.row_count >= middles.row_count).all()
     unit = Shelling(geometry, CONFIG, cell=0.0625).cluster(record, Sector.whole(record)).traversal
     np.testing.assert_array_equal(unit.rays(4).row_count, whole.row_count)
+
+
+@pytest.mark.parametrize("bits", [0, 3, 6, 9, 12, 14])
+def test_what_is_before_the_last_share_of_a_ray_blocks_it_however_near_the_light_is_to_the_plane(bits):
+    """The share of `radiosity.visible`, 2^-16 by the light's height in a cube of side 1; in the plane nothing does."""
+    random, light = np.random.default_rng(bits), np.array([0.1, 0.2, 0.3])
+    share, corners = 2.0 ** (bits - 16), np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    for _ in range(6):
+        normal, across, other = np.linalg.qr(random.normal(size=(3, 3)))[0].T
+        # A wall at right angles to the plane, and two specks that make the cube of side 4.
+        for height, expected in (4 * 2.0**-bits, True), (0, False):
+            target = light + across * 1.2 - normal * height
+            middle = light + (1 - 1.05 * share) * (target - light)
+            toward = (target - light) / np.linalg.norm(target - light)
+            side = np.cross(toward, other)
+            wall = middle + 0.9 * (corners[:, :1] * side + corners[:, 1:] * other)
+            speck = 2 * np.array([[-1, -1, -1], [1, 1, 1]])[:, None] + 1e-3 * np.pad(corners, ((0, 0), (0, 1)))
+            scene = Scene.from_arrays(np.concatenate([[wall], speck]), name="wall")
+            hits = ShellingFrusta(scene).shadows(ShadowRays(
+                points=light[None], surfaces=np.array([-1]), light=np.zeros(1, dtype=int), targets=target[None],
+                normals=normal[None]), least=1)
+            assert hits.cast.all()
+            assert hits.blocked.tolist() == [expected]
 
 
 def test_a_ray_is_blocked_before_its_end_alone_and_in_any_order():
