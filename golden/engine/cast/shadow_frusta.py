@@ -23,6 +23,8 @@ __all__ = ["LEAST", "MOST_BITS", "shadow_ends", "shadow_frusta"]
 LEAST = 16
 FEWEST_BITS, MOST_BITS = 4, 8
 FRUSTUM = 1 << 13
+# Shells as a share of the scene's longest side.
+SHELL = 1 / 8
 # Axes of the six sixths of the sphere: forward along +x, +y, +z, -x, -y, -z.
 AXES = np.array([[[0, 1, 0], [0, 0, 1], [1, 0, 0]], [[0, 0, 1], [1, 0, 0], [0, 1, 0]],
                  [[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],
@@ -40,7 +42,8 @@ def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates, *,
     rays, coordinates
         The rays, and the coordinates of the scene.
     least
-        Rays of a frustum, at least. With 1 every ray with a length is in one.
+        Rays of a frustum, at least; more from a light far from the scene, for the grid rays of the shells before it.
+        With 1 every ray with a length is in one.
 
     Yields
     ------
@@ -54,12 +57,13 @@ def shadow_frusta(rays: ShadowRays, coordinates: GCoordinates, *,
     # A target at the light's very point has no direction.
     away = np.flatnonzero(offset.any(axis=1))
     order = away[np.argsort(part[away], kind="stable")]
+    enough = _least(least, rays.points, coordinates.bounds)
     for rows in np.split(order, np.flatnonzero(np.diff(part[order])) + 1):
-        if len(rows) < least:
+        if not len(rows) or len(rows) < enough[rays.light[rows[0]]]:
             continue
         light, sixth = divmod(int(part[rows[0]]), 6)
         slopes, end = _encoded(offset[rows] @ AXES[sixth].T, rays.normals[rows] @ AXES[sixth].T, coordinates.numbers)
-        for these, bits in _apart(slopes, coordinates.numbers, least):
+        for these, bits in _apart(slopes, coordinates.numbers, enough[light]):
             record, number = shadow_record(
                 coordinates, origins[light], AXES[sixth], bits, slopes=slopes[these], end=end[these],
                 source=int(rays.surfaces[light]))
@@ -83,6 +87,14 @@ def shadow_ends(directions: np.ndarray, offset: np.ndarray, normal: np.ndarray) 
         inverse = along / height
     ends = inverse * (1 + 2.0**-18 + 2.0**-19 * steepness) + 2.0**-20 * steepness + 2.0**-38
     return np.where(np.isfinite(ends), ends, np.inf)
+
+
+def _least(least, points, bounds):
+    """Rays that make up for a frustum from each point of a light, at least; see `shadow_frusta`."""
+    outside = np.maximum(np.maximum(bounds[0] - points, points - bounds[1]), 0)
+    shells = np.linalg.norm(outside, axis=1) / np.ptp(bounds, axis=0).max() / SHELL
+    # A screen with slopes from -1 to 1 has 8 s^2 grid rays in shell s.
+    return least + np.floor((least - 1) * 8 / 3 * shells**3 / FRUSTUM)
 
 
 def _encoded(offset: np.ndarray, normal: np.ndarray, numbers: Numbers):

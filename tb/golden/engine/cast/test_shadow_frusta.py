@@ -201,6 +201,24 @@ def test_each_ray_is_in_one_frustum_that_has_enough_rays():
     np.testing.assert_array_equal(NaiveFixedFrusta(scene).shadows(rays).blocked, hits.blocked)
 
 
+@pytest.mark.parametrize("away", [0.3, 1, 3, 20, 100])
+def test_a_frustum_from_afar_has_rays_for_the_grid_rays_before_the_scene(away):
+    """As many for each as `LEAST` rays have positions."""
+    scene, random = cube(4), np.random.default_rng(0)
+    point = np.mean(scene.bounds, axis=0) + np.ptp(scene.bounds, axis=0).max() * np.array([0, 0, 0.5 + away])
+    rays = ShadowRays(points=point[None], surfaces=np.array([-1]), light=np.zeros(4000, dtype=int),
+                      targets=random.uniform(*scene.bounds, (4000, 3)), normals=np.tile([0, 0, 1.0], (4000, 1)))
+    coordinates = PatchGeometry.of(scene, CONFIG.numbers, [point]).coordinates
+    sizes = [len(rows) for rows, *_ in shadow_frusta.shadow_frusta(rays, coordinates)]
+    assert bool(sizes) == (away < 10)
+    if sizes:
+        grids = [grid_rays.screen_rays(shell, (16, 16), (4, 4), (1.0, 1.0)) for shell in range(2, int(8 * away))]
+        before = sum(grid.rows * grid.columns for grid in grids)
+        assert 1.3 * min(sizes) / LEAST > before / shadow_frusta.FRUSTUM
+    # Whoever needs an answer for each ray gets it.
+    assert sum(len(rows) for rows, *_ in shadow_frusta.shadow_frusta(rays, coordinates, least=1)) == 4000
+
+
 @pytest.mark.parametrize("bits", [4, 6])
 def test_rays_that_a_grid_keeps_apart_are_one_frustum_of_the_coarsest_such_grid(bits):
     side = 1 << bits
