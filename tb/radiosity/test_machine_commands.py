@@ -126,6 +126,20 @@ def test_bad_input_is_one_line(folder, case):
     assert not list(folder.iterdir())
 
 
+@pytest.mark.parametrize("bits", [5, 12])
+@pytest.mark.parametrize("spread", [0, 9])
+def test_memory_that_is_slower_than_the_timeout_is_refused(monkeypatch, bits, spread):
+    def made(*_, **__):
+        raise RuntimeError("made")
+
+    monkeypatch.setattr("radiosity.flow.simulator.simulated_machine.SimulatedMachine.__init__", made)
+    for latency, says in ((1 << bits) - 1 - spread, "made"), ((1 << bits) - spread, "memory.timeout_bits"):
+        result = run(radiosity.cli.main.main, "cast", "cornell", "--patch", "0", "--rays", "16x4", "--cell", "0.5", *ON,
+                     "--latency", latency, "--spread", spread, "-P", f"memory.timeout_bits={bits}")
+        assert result.exit_code == 2
+        assert says in result.stderr
+
+
 def test_the_machines_errors_are_lines_too(folder, monkeypatch):
     def fails(*_, **__):
         raise RuntimeError("verilator fails")

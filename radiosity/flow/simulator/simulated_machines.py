@@ -52,8 +52,12 @@ def opened_machine(config: "Config", *, policy: str | None, latency: int, spread
     Raises
     ------
     InputError
-        It cannot be compiled, or ends with a fault.
+        Main memory is so slow that reads time out, or it cannot be compiled, or ends with a fault.
     """
+    most = (1 << config.memory.timeout_bits) - 1
+    if latency + spread > most:
+        raise InputError(f"machine: Latency and spread must be at most {most} cycles together, after which reads time "
+                         f"out (-P memory.timeout_bits), not {latency} and {spread}", parameter="latency")
     from hw.memsys.bus.cache_policy import CachePolicy
     from radiosity.flow.host import EngineError, EngineTimeoutError
     from radiosity.flow.simulator.simulated_machine import SimulatedMachine
