@@ -79,14 +79,13 @@ def test_the_machine_of_the_readme_is_the_last_one_routed():
 
 
 def test_area_of_a_cluster():
-    """The rows of the page are the records of its commands at one commit, with twice the second one behind it."""
+    """The rows of the page are the records of its commands at one commit."""
     page, last = ROOT / "docs" / "area.md", last_records(read_history())
     assignments = [[word for option, word in pairwise(command.words) if option == "-P"]
                    for command in commands_of(page) if command.words[:5] == ("python", "-m", "hw", "report", "cluster")]
     assert len(assignments) == 2
     records = [last["ecp5", "small", " ".join(given), "cluster", "Cluster"] for given in assignments]
     expected = [[one.lut, one.ff, one.dsp, one.bram] for one in records]
-    expected.append([2 * count for count in expected[1]])
     commit, = {one.commit[:7] for one in records}
     assert f"Synthesised (pyosys 0.70) at commit {commit}, not placed:" in page.read_text()
     rows = re.findall(r"^\|.*\|(?: [\d,]+ \(\d+ %\) \|){4}$", page.read_text(), re.MULTILINE)
@@ -106,16 +105,3 @@ def test_a_ray_lane():
     assert f"u and v [{uv:,} LUTs](#two-ray-lanes)" in page
     assert f"The lane adds {luts:,} LUTs and {multipliers} DSP blocks" in page
     assert f"without u and v {luts - uv:,} LUTs." in page
-
-
-def test_two_clusters_of_the_board():
-    """The machine, with the units of another cluster in place of the patch node."""
-    page, last = " ".join((ROOT / "docs" / "board.md").read_text().split()), last_records(read_history())
-    one = last["ecp5", "board", machine_parameters("board", ()), *MACHINE]
-    more = [last["ecp5", "board", "", *unit] for unit in (
-        ("icu", "IntersectionUnit"), ("ctu", "TraversalUnit"), ("memsys", "MemorySystem"))]
-    node = last["ecp5", "board", "", "memsys", "PatchNode"]
-    luts, multipliers = (getattr(one, name) - getattr(node, name) + sum(getattr(unit, name) for unit in more)
-                         for name in ("lut", "dsp"))
-    assert (f"they are {luts:,} LUTs ({100 * luts / DEVICE[0]:.0f} %) without the second cluster's control, and "
-            f"{multipliers} DSP blocks of {DEVICE[2]}.") in page

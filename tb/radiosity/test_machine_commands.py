@@ -711,9 +711,9 @@ def test_an_image_is_goldens_with_all_of_its_options(folder):
     stats = json.loads((folder / "machine.json").read_text())
     assert stats["settings"]["method"] == "machine"
     assert 0 < stats["machine"]["share"] < 1
-    # Hemispheres, those of elements that adaptive refinement cuts, and a screen.
+    # Hemispheres, those of elements that adaptive refinement cuts, a screen, and hemispheres beside the boxes.
     assert stats["machine"]["rays"] >= stats["rays"]["primary"]["rays"] == 24 * 20
-    assert stats["machine"]["jobs"] == 3
+    assert stats["machine"]["jobs"] == 4
     assert "of all rays by method machine" in result.stdout
 
 
