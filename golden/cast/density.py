@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.base.errors import InputError, is_whole
+from golden.base.errors import whole_number
 from golden.cast.hemisphere import Hemisphere
 
 __all__ = ["MOST_AXIS", "Density", "Level"]
@@ -35,9 +35,7 @@ class Density:
 
     def __post_init__(self):
         for name, most in (("least", 4096), ("levels", 10)):
-            value = getattr(self, name)
-            if not is_whole(value) or not 1 <= value <= most:
-                raise InputError(f"density: {name.capitalize()} must be 1 to {most}, not {value!r}", parameter=name)
+            whole_number(f"density: {name.capitalize()}", getattr(self, name), 1, most, parameter=name)
 
     def depth(self, hemisphere: Hemisphere) -> int:
         """Levels below those of a hemisphere's grid."""

@@ -188,9 +188,8 @@ def hemisphere_record(hemisphere: Hemisphere, coordinates: GCoordinates, origin,
 def screen_record(screen: Screen, coordinates: GCoordinates) -> FrustumRecord:
     """The pixels of a picture, row 0 on top.
 
-    The rays are the middle of a grid of powers of two that spans x and y from -1 to 1. Neither axis'
-    slope at 1 is below both half the other's and 1/2, so that M's rows keep their bits. The R axes are right, down and
-    forward.
+    The rays are the middle of a grid of powers of two that spans x and y from -1 to 1. Neither axis' slope at 1 is
+    below both half the other's and 1/2, so that M's rows keep their bits. The R axes are right, down and forward.
 
     Raises
     ------

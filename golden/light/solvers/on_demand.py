@@ -6,7 +6,7 @@ from numbers import Real
 
 import numpy as np
 
-from golden.base.errors import InputError, is_whole
+from golden.base.errors import InputError, whole_number
 from golden.light.solvers.iteration import Solution, State, iterate
 from golden.light.solvers.shooting import shots
 from golden.light.solvers.system import RadiositySystem
@@ -45,11 +45,10 @@ class Shooting:
     overshoot: bool = True
 
     def __post_init__(self):
-        value, count = self.tolerance, self.shooters
+        value = self.tolerance
         if isinstance(value, bool) or not isinstance(value, Real) or not 1e-6 <= value <= 0.5:
             raise InputError(f"shooting: Tolerance must be 1e-6 to 0.5, not {value!r}", parameter="tolerance")
-        if not is_whole(count) or not 1 <= count <= 4096:
-            raise InputError(f"shooting: Shooters must be 1 to 4096, not {count!r}", parameter="shooters")
+        whole_number("shooting: Shooters", self.shooters, 1, 4096, parameter="shooters")
         if not isinstance(self.overshoot, bool):
             raise InputError(f"shooting: Overshoot must be true or false, not {self.overshoot!r}",
                              parameter="overshoot")

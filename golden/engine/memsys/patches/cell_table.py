@@ -32,7 +32,6 @@ class CellTable:
     ascending
         Lists of more patches are scattered: neighbours in a list have numbers far apart. Default: in all lists numbers
         ascend. Patches of neighbouring numbers often are neighbours in the scene, with about as many tests each.
-
     margin
         Units of G by which a patch may miss a cell that lists it.
 
@@ -46,8 +45,7 @@ class CellTable:
         The patch address table.
     """
 
-    def __init__(self, vertices: np.ndarray, *, cell: int, ascending: int | None = None,
-                 margin: int = MARGIN):
+    def __init__(self, vertices: np.ndarray, *, cell: int, ascending: int | None = None, margin: int = MARGIN):
         vertices = np.asarray(vertices, dtype=np.int64)
         points = vertices.reshape(-1, 3)
         self.cell, self.margin = int(cell), margin
