@@ -6,6 +6,7 @@ from amaranth.lib.data import StructLayout
 from amaranth.lib.wiring import In, Out
 
 from golden.engine.config import Config
+from hw.lib.checks import claim
 from hw.lib.queue import Queue
 from hw.memsys.patches.path_formats import WORD, PathFormats
 from hw.memsys.port.memory_formats import MemoryFormats
@@ -81,6 +82,7 @@ class CellFetch(wiring.Component):
         lists = self._readers[1]
         m.submodules.extents = extents = Queue(lists.i.payload.shape(), depth=fetches)
         wiring.connect(m, extents.o, lists.i)
+        claim(m, ~extents.i.valid | extents.i.ready, "a list to request has an entry")
         self._add_records(m, queue)
         self._add_lists(m, queue, parts, extents.i)
         self._add_fills(m, parts)
