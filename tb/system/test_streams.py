@@ -50,7 +50,7 @@ SILENT = {
     "BeatWriter": {"o_data", "o_request"}, "EdgePlanes": {"o", "o_planes"}, "FrustumLoad": {"o_subshell"},
     "InverseDistanceBound": {"o"}, "JobControl": {"o_load", "o_record"},
     "JobDispatch": {"o", "o_load", "o_refused", "o_sent"}, "LoadControl": {"o_command"},
-    "MainMemoryPort": {"o_written"}, "PatchNode": {"o_remote"}, "PatchSums": {"o"}, "PreloadDma": {"o"},
+    "PatchNode": {"o_remote"}, "PatchSums": {"o"}, "PreloadDma": {"o"},
     "RowPieces": {"o"}, "SectionCast": {"o_results"}, "SettleSweep": {"o_0", "o_1", "o_tile"}, "VertexGate": {"o"}}
 
 
