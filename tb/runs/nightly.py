@@ -18,7 +18,7 @@ from tb.runs.ledger import LEDGER, Entry, Ledger
 from tb.runs.shard import MINUTES, READERS, Shard
 from tb.runs.versions import versions
 
-__all__ = ["commit_of", "counts", "cpu_seconds", "inputs_of", "run_shards"]
+__all__ = ["commit_of", "counts", "cpu_seconds", "end", "inputs_of", "run_shards"]
 
 _OURS = re.compile(r"\btb(?:[./]\w+)+")
 
@@ -154,9 +154,7 @@ def _run(root, shard, seed, most, processes):
     except subprocess.TimeoutExpired:
         code, result = None, "late"
     finally:
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+        end(process)
     passed, failed, skipped = counts(report)
     if code == 0 and passed and not failed and not skipped:
         result = "green"
@@ -164,6 +162,25 @@ def _run(root, shard, seed, most, processes):
         shard=shard.name, commit=commit, inputs=inputs, seed=seed, versions=versions(),
         began=began.isoformat("T", "seconds"), wall=round(time.monotonic() - begin, 1),
         cpu=round(cpu_seconds() - used, 1), passed=passed, failed=failed, skipped=skipped, result=result)
+
+
+def end(process: subprocess.Popen, grace: float = 60) -> None:
+    """End a run of pytest that leads its own group of processes, so that it still writes its report if it can.
+
+    Parameters
+    ----------
+    process
+        pytest.
+    grace
+        Seconds that it has for its report.
+    """
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(grace)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
 
 
 def cpu_seconds():

@@ -1,12 +1,13 @@
 """How shards end, and what the ledger then says."""
 
 import subprocess
+import sys
 
 import pytest
 
 from tb.runs.checkout import checkout
 from tb.runs.ledger import LEDGER, Ledger
-from tb.runs.nightly import commit_of, counts, inputs_of, run_shards
+from tb.runs.nightly import commit_of, counts, end, inputs_of, run_shards
 from tb.runs.shard import Shard
 
 PASSES = "import os\n\n\ndef test_seed():\n    assert os.environ['SEED'] == '5'\n"
@@ -50,6 +51,21 @@ def test_a_shard_that_takes_too_long_is_ended(tmp_path):
     ledger, shard = Ledger(tmp_path / "ledger.jsonl"), Shard("a", (root / "tb/a/test_it.py",))
     assert not run_shards(root, [shard], ledger, seed=1, report=str, most=0, processes=0)
     assert [entry.result for entry in ledger.entries] == ["late"]
+
+
+def test_a_shard_that_is_ended_reports_what_ended_before(tmp_path):
+    """Red tests of a late shard have names."""
+    tests = "def test_wrong():\n    assert 0\n\n\ndef test_right():\n    pass\n\n\ndef test_slow():\n    import time\n"
+    root = checkout(tmp_path / "project", {"tb/a/test_it.py": f"{tests}    time.sleep(9999)\n"})
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", "--junitxml=report.xml", "tb/a"]
+    with subprocess.Popen(command, cwd=root, start_new_session=True, stdout=subprocess.PIPE, text=True) as process:
+        # A test is in the report before the next is printed.
+        seen = ""
+        while not seen.endswith("F.") and (letter := process.stdout.read(1)):
+            seen += letter
+        end(process)
+    assert counts(root / "report.xml")[1] == 1
+    assert "test_wrong" in (root / "report.xml").read_text()
 
 
 def test_no_shard_begins_after_the_minutes(tmp_path):
