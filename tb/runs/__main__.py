@@ -5,8 +5,9 @@ from random import SystemRandom
 
 import click
 
+from tb.runs.inputs import Inputs
 from tb.runs.ledger import LEDGER, Ledger
-from tb.runs.nightly import inputs_of, run_shards
+from tb.runs.nightly import run_shards
 from tb.runs.release import NotReadyError, release
 from tb.runs.shard import shards
 
@@ -36,7 +37,7 @@ def nightly(ledger, names, seed, minutes):
     if unknown := [name for name in names if name not in by_name]:
         raise click.ClickException(f"no shard {unknown[0]}; there are {', '.join(by_name)}")
     seed = SystemRandom().randrange(2**32) if seed is None else seed
-    todo = [by_name[name] for name in names or ledger.missing(inputs_of(ROOT, by_name.values()))]
+    todo = [by_name[name] for name in names or ledger.missing(by_name, Inputs(ROOT, by_name.values()).digest)]
     click.echo(f"== {len(todo)} of {len(by_name)} shards; again: SEED={seed} make nightly")
     is_green = run_shards(ROOT, todo, ledger, seed=seed, minutes=minutes, report=lambda entry: click.echo(
         f"== {entry.shard}: {entry.result}, {entry.passed} passed, {entry.failed} failed, {entry.wall / 60:.1f} min"))
@@ -48,7 +49,8 @@ def nightly(ledger, names, seed, minutes):
 @click.pass_obj
 def status(ledger):
     """Print what the ledger says of this commit."""
-    click.echo(ledger.table(inputs_of(ROOT, shards(ROOT / "tb"))))
+    parts = shards(ROOT / "tb")
+    click.echo(ledger.table([shard.name for shard in parts], Inputs(ROOT, parts).digest))
 
 
 @main.command(name="release")

@@ -1,7 +1,7 @@
 """The ledger of the nightly: which shard ran on which commit, with what tools, for how long, and how it ended."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -23,6 +23,8 @@ class Entry:
         The hash of the commit; with ``+`` behind it, files differed.
     inputs
         A digest of all files that it depends on; empty if files differed.
+    reads
+        Codes of the modules and pages that it opened.
     seed
         What the tests drew from.
     versions
@@ -40,6 +42,7 @@ class Entry:
     shard: str
     commit: str
     inputs: str
+    reads: str
     seed: int
     versions: dict[str, str]
     began: str
@@ -81,21 +84,29 @@ class Ledger:
         with self._path.open("a") as file:
             file.write(json.dumps(asdict(entry)) + "\n")
 
-    def missing(self, inputs: Mapping[str, str]) -> list[str]:
-        """The shards whose newest entry for their inputs, a digest for each, is not green, in order."""
-        newest = self._newest(inputs)
-        return [shard for shard in inputs if shard not in newest or newest[shard].result != "green"]
+    def missing(self, names: Iterable[str], digest: Callable[[str, str], str]) -> list[str]:
+        """Of some shards those whose newest entry for what a commit holds is not green, in order.
 
-    def table(self, inputs: Mapping[str, str]) -> str:
-        """What the newest entries for such inputs say, as Markdown."""
-        newest = self._newest(inputs)
-        rows = [[shard, *(("-",) * 7 if shard not in newest else _row(newest[shard]))] for shard in inputs]
+        Parameters
+        ----------
+        names
+            Names of the shards.
+        digest
+            Of a shard's name and what its run read, the digest of the inputs that the commit has.
+        """
+        newest = self._newest(digest)
+        return [shard for shard in names if shard not in newest or newest[shard].result != "green"]
+
+    def table(self, names: Iterable[str], digest: Callable[[str, str], str]) -> str:
+        """What the newest entries of some shards for what a commit holds say, as Markdown."""
+        newest = self._newest(digest)
+        rows = [[shard, *(("-",) * 7 if shard not in newest else _row(newest[shard]))] for shard in names]
         head = ["shard", "result", "passed", "failed", "min", "CPU min", "seed", "commit"]
         return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
 
-    def _newest(self, inputs):
+    def _newest(self, digest):
         return {entry.shard: entry for entry in self.entries
-                if entry.inputs and inputs.get(entry.shard) == entry.inputs}
+                if entry.inputs and digest(entry.shard, entry.reads) == entry.inputs}
 
 
 def _row(entry):

@@ -1,94 +1,22 @@
 """Run shards of the nightly and enter each into the ledger. Their Icarus cases must run."""
 
-import hashlib
 import os
-import re
 import resource
 import signal
 import subprocess
 import sys
 import time
-from collections import defaultdict
 from collections.abc import Callable, Iterable
 from datetime import datetime
 from pathlib import Path
 from xml.etree import ElementTree
 
-from tb.runs.ledger import LEDGER, Entry, Ledger
-from tb.runs.shard import MINUTES, READERS, Shard
+from tb.runs.inputs import Inputs, commit_of, watched
+from tb.runs.ledger import Entry, Ledger
+from tb.runs.shard import MINUTES, Shard
 from tb.runs.versions import versions
 
-__all__ = ["commit_of", "counts", "cpu_seconds", "end", "inputs_of", "run_shards"]
-
-_OURS = re.compile(r"\btb(?:[./]\w+)+")
-
-
-def commit_of(folder: Path) -> str:
-    """The hash of the commit that is checked out, and ``+`` if files but the ledger differ from it."""
-    changed = _git(folder, "status", "--porcelain", "--", ".", f":(exclude){LEDGER}")
-    return _git(folder, "rev-parse", "HEAD").strip() + ("+" if changed else "")
-
-
-def inputs_of(folder: Path, given: Iterable[Shard]) -> dict[str, str]:
-    """By shard, a digest of all files of a commit that it may depend on; empty if files differ from the commit.
-
-    These are all but the ledger, the changelog, Python files of ``tb`` that the shard's tests neither import nor name,
-    directly or through others, and pages that no module of its folder names. So a shard that is green stays so where
-    other tests or pages alone are mended, and for the commit that records it.
-    """
-    if commit_of(folder).endswith("+"):
-        return {shard.name: "" for shard in given}
-    files = {Path(line.split("\t")[1]): line for line in _git(folder, "ls-tree", "-r", "HEAD").splitlines()}
-    for path in (LEDGER, "CHANGELOG.md"):
-        files.pop(Path(path), None)
-    ours = {path for path in files if path.parts[0] == "tb" and path.suffix == ".py"}
-    leads = _leads(folder, ours)
-
-    def digest(shard):
-        room = shard.name.split("/")[0]
-        own = {path for path in ours if path.parts[1] == room and not path.name.startswith("test_")}
-        text = "".join(path.read_text() for path in (folder / "tb" / room).rglob("*.py"))
-        reached = ours if room in READERS else _reached(
-            leads, {*own, *(path.relative_to(folder) for path in shard.files)})
-        foreign = {path for path in files if _is_page(path) and path.name not in text and room not in READERS}
-        return hashlib.sha256("\n".join(line for path, line in files.items() if path not in foreign | ours - reached)
-                              .encode()).hexdigest()[:16]
-
-    return {shard.name: digest(shard) for shard in given}
-
-
-def _leads(folder, ours):
-    """For each of our files those that it imports or names in a string; a package stands for its modules."""
-    places = defaultdict(set)
-    for path in ours:
-        places[path.with_suffix("")].add(path)
-        if not path.name.startswith("test_"):
-            places[path.parent].add(path)
-
-    def named(name):
-        steps = re.split("[./]", name)
-        return next((places[place] for end in range(len(steps), 0, -1) if (place := Path(*steps[:end])) in places), ())
-
-    return {path: set().union(*map(named, set(_OURS.findall((folder / path).read_text())))) for path in ours}
-
-
-def _reached(leads, begin):
-    """The files that some lead to, and what pytest reads in any case."""
-    found, todo = set(), {*begin, *(path for path in leads if path.name in ("__init__.py", "conftest.py"))}
-    while todo:
-        found.add(path := todo.pop())
-        todo |= leads[path] - found
-    return found
-
-
-def _is_page(path):
-    """Whether a file is of the documentation; its figures are records, which code reads."""
-    return path.suffix == ".md" or (path.parts[0] == "docs" and path.parts[1] != "figures")
-
-
-def _git(folder, *words):
-    return subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True, check=True).stdout
-
+__all__ = ["counts", "cpu_seconds", "end", "run_shards"]
 
 def counts(report: Path) -> tuple[int, int, int]:
     """Tests that passed, that failed and that were skipped, of a JUnit report; nothing if there is none."""
@@ -141,14 +69,16 @@ def run_shards(root: Path, given: Iterable[Shard], ledger: Ledger, *, seed: int,
 def _run(root, shard, seed, most, processes):
     """The entry of a run of one shard."""
     report = root / "out" / "nightly" / f"{shard.name.replace('/', '-')}.xml"
+    log = report.with_suffix(".reads")
     report.parent.mkdir(parents=True, exist_ok=True)
     report.unlink(missing_ok=True)
-    commit, inputs = commit_of(root), inputs_of(root, [shard])[shard.name]
+    log.unlink(missing_ok=True)
+    commit, inputs = commit_of(root), Inputs(root, [shard])
     began, begin, used = datetime.now(), time.monotonic(), cpu_seconds()
     command = [sys.executable, "-m", "pytest", "-n", str(processes), "--dist", "loadgroup", "-q",
                f"--junitxml={report}", *(str(path.relative_to(root)) for path in shard.files)]
     process = subprocess.Popen(command, cwd=root, start_new_session=True,
-                               env={**os.environ, "SEED": str(seed), "ICARUS": "required"})
+                               env=watched({**os.environ, "SEED": str(seed), "ICARUS": "required"}, root, log))
     try:
         code, result = process.wait(60 * most), "red"
     except subprocess.TimeoutExpired:
@@ -158,8 +88,10 @@ def _run(root, shard, seed, most, processes):
     passed, failed, skipped = counts(report)
     if code == 0 and passed and not failed and not skipped:
         result = "green"
+    reads = inputs.reads(log)
     return Entry(
-        shard=shard.name, commit=commit, inputs=inputs, seed=seed, versions=versions(),
+        shard=shard.name, commit=commit, inputs=inputs.digest(shard.name, reads), reads=reads, seed=seed,
+        versions=versions(),
         began=began.isoformat("T", "seconds"), wall=round(time.monotonic() - begin, 1),
         cpu=round(cpu_seconds() - used, 1), passed=passed, failed=failed, skipped=skipped, result=result)
 

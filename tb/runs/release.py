@@ -9,8 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from tb.runs.inputs import Inputs, commit_of
 from tb.runs.ledger import Ledger
-from tb.runs.nightly import commit_of, cpu_seconds, inputs_of
+from tb.runs.nightly import cpu_seconds
 from tb.runs.shard import shards
 
 __all__ = ["STEPS", "NotReadyError", "release"]
@@ -67,7 +68,8 @@ def release(root: Path, ledger: Ledger, *, report: Callable[[str], object], step
         Something is missing, or a step fails.
     """
     commit, version = commit_of(root), tomllib.loads((root / "pyproject.toml").read_text())["project"]["version"]
-    tag, needed = f"v{version}", inputs_of(root, shards(root / "tb"))
+    tag, parts = f"v{version}", shards(root / "tb")
+    names, inputs = [shard.name for shard in parts], Inputs(root, parts)
     changes = (root / "CHANGELOG.md").read_text()
     entry = re.search(rf"^## \[{re.escape(version)}\].*?(?=^## \[|\Z)", changes, re.M | re.S)
     if commit.endswith("+"):
@@ -76,7 +78,7 @@ def release(root: Path, ledger: Ledger, *, report: Callable[[str], object], step
         raise NotReadyError(f"tag {tag} exists")
     if entry is None:
         raise NotReadyError(f"CHANGELOG.md has no entry for {version}")
-    if missing := ledger.missing(needed):
+    if missing := ledger.missing(names, inputs.digest):
         raise NotReadyError(f"not green in the ledger for {commit[:10]}: {', '.join(missing)}")
     clone = root / "build" / "release"
     shutil.rmtree(clone, ignore_errors=True)
@@ -87,7 +89,7 @@ def release(root: Path, ledger: Ledger, *, report: Callable[[str], object], step
         passed[name] = _passed(name, command, clone)
     lines = [entry.group().strip(), "", *(
         f"{name}: {step.said}; {step.wall:.0f} s, {step.cpu:.0f} CPU s" for name, step in passed.items()),
-        "", ledger.table(needed)]
+        "", ledger.table(names, inputs.digest)]
     subprocess.run(["git", "tag", "--annotate", "--cleanup=verbatim", "--message", "\n".join(lines), tag, commit],
                    cwd=root, check=True)
     return tag

@@ -7,7 +7,7 @@ __all__ = ["MINUTES", "READERS", "Shard", "shards"]
 
 # A shard is ended after this many minutes.
 MINUTES = 90
-# Folders whose tests may read every file. No other folder imports a test module, or reads pages that it does not name.
+# Folders whose tests look for files, so that new ones concern them too.
 READERS = {"benchmarks", "bugs", "docs", "packaging", "sources"}
 # Folders whose tests take longer than a shard may, and the number of shards that they are cut into.
 PARTS = {"docs": 2, "golden": 3, "memsys": 2, "radiosity": 7, "system": 4}

@@ -6,7 +6,7 @@ from tb.runs.ledger import Entry, Ledger
 
 
 def entry(shard, result, inputs="i0"):
-    return Entry(shard=shard, commit="c" * 40, inputs=inputs, seed=3, versions={"python": "3.11"},
+    return Entry(shard=shard, commit="c" * 40, inputs=inputs, reads="", seed=3, versions={"python": "3.11"},
                  began="2026-01-01T00:00:00", wall=90.0, cpu=150.0, passed=7, failed=int(result == "red"), skipped=0,
                  result=result)
 
@@ -29,14 +29,14 @@ def test_a_shard_is_missing_until_its_newest_run_on_its_inputs_is_green(tmp_path
     ledger.add(entry("noc", "green", inputs="i1"))
     ledger.add(entry("ctu", "green", inputs=""))
     ledger.add(entry("control", "green"))
-    assert ledger.missing(dict.fromkeys(names, "i0")) == ["axi", "lib", "noc", "ctu"]
-    assert ledger.missing({"ctu": ""}) == ["ctu"]
+    assert ledger.missing(names, lambda shard, reads: "i0") == ["axi", "lib", "noc", "ctu"]
+    assert ledger.missing(["ctu"], lambda shard, reads: "") == ["ctu"]
 
 
 def test_the_table_has_a_row_for_each_shard(tmp_path):
     ledger = Ledger(tmp_path / "ledger.jsonl")
     ledger.add(entry("icu", "red"))
-    assert ledger.table({"axi": "i0", "icu": "i0"}).splitlines()[2:] == [
+    assert ledger.table(["axi", "icu"], lambda shard, reads: "i0").splitlines()[2:] == [
         "| axi | - | - | - | - | - | - | - |", "| icu | red | 7 | 1 | 1.5 | 2.5 | 3 | cccccccccc |"]
 
 

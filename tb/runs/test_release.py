@@ -5,8 +5,8 @@ import subprocess
 import pytest
 
 from tb.runs.checkout import checkout
+from tb.runs.inputs import Inputs
 from tb.runs.ledger import Entry, Ledger
-from tb.runs.nightly import inputs_of
 from tb.runs.release import NotReadyError, release
 from tb.runs.shard import shards
 
@@ -16,9 +16,10 @@ PASSES = {"test": ["sh", "-c", "ls; echo 3 passed"]}
 
 
 def green(root, ledger, *names):
-    for name, inputs in inputs_of(root, (shard for shard in shards(root / "tb") if shard.name in names)).items():
-        ledger.add(Entry(shard=name, commit="c" * 40, inputs=inputs, seed=1, versions={}, began="", wall=60, cpu=60,
-                         passed=1, failed=0, skipped=0, result="green"))
+    inputs = Inputs(root, shards(root / "tb"))
+    for name in names:
+        ledger.add(Entry(shard=name, commit="c" * 40, inputs=inputs.digest(name, ""), reads="", seed=1, versions={},
+                         began="", wall=60, cpu=60, passed=1, failed=0, skipped=0, result="green"))
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """What stands on what: the rooms of golden on each other, hw on the machine in integers, the product on both."""
 
-import re
 import sys
 
 import pytest
@@ -79,20 +78,10 @@ def arrows(room):
 
 
 def test_no_file_imports_a_module_of_tests():
-    """So that a change of one concerns its own shard of the nightly, and those of readers."""
+    """What tests share has a module of its own; those of `READERS` ask others for their cases."""
     assert not [(path, module, name) for path, text in source_texts("tb").items() for module, name in imports(text)
                 if path.split("/")[1] not in READERS and module.startswith("tb.") and ".test_" in f".{module}.{name}"
                 and module != path[:-3].replace("/", ".")]
-
-
-def test_pages_that_other_folders_read_are_named_there():
-    """So that a change of a page concerns the shards alone that name it, and those of readers."""
-    reads = re.compile(r'/ "docs"((?: / "\w+")*(?: / "[\w-]+\.(?:md|csv)")?)')
-    found = {(path, page) for top in ("golden", "hw", "radiosity", "benchmarks", "tb")
-             for path, text in source_texts(top).items() for page in reads.findall(text)
-             if not {*path.split("/")[:2]} & READERS}
-    assert {path for path, page in found if "." not in page} == {"radiosity/flow/synthesis/figures.py"}
-    assert {"tb/board/test_decoder.py", "radiosity/flow/synthesis/history.py"} < {path for path, _ in found}
 
 
 def test_no_cycle_within_a_room():
