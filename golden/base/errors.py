@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable
 from numbers import Integral
+from typing import TypeGuard
 
 __all__ = ["InputError", "InputWarning", "check_choice", "check_int", "is_whole", "whole_number", "whole_pair"]
 
@@ -86,6 +87,6 @@ def whole_pair(name: str, value: object, *, parameter: str) -> tuple[int, int]:
     return int(numbers[0]), int(numbers[1])
 
 
-def is_whole(value: object) -> bool:
+def is_whole(value: object) -> TypeGuard[int]:
     """Whether it is a whole number, of numpy's too; bool is none."""
     return isinstance(value, Integral) and not isinstance(value, bool)

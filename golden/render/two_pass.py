@@ -419,8 +419,8 @@ class _Shader:
             branches = [branch for branch in self._add_seen(result, *generation, depth) if len(branch[0])]
             if not branches:
                 break
-            rays, hits, *rest = zip(*branches, strict=True)
-            generation = (_joined(rays), _joined(hits), *map(np.concatenate, rest), None)
+            all_rays, all_hits, *rest = zip(*branches, strict=True)
+            generation = (_joined(all_rays), _joined(all_hits), *map(np.concatenate, rest), None)
         return result
 
     def _add_seen(self, result, rays, hits, owner, weight, key, rank, field, depth):

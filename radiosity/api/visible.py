@@ -60,9 +60,9 @@ def visible(scene: Scene, *, origin: tuple[float, float, float] | None = None, p
     check_cell(method, cell)
     rays = shadow_rays(scene, origin=origin, patch=patch, targets=targets)
     if method in FIXED_METHODS:
-        for name, value in ("clusters", clusters), ("parameters", parameters):
-            if value is not None:
-                raise InputError(f"visible: {name.capitalize()} must be left out with method {method}, not {value!r}",
+        for name, option in ("clusters", clusters), ("parameters", parameters):
+            if option is not None:
+                raise InputError(f"visible: {name.capitalize()} must be left out with method {method}, not {option!r}",
                                  parameter=name)
         frusta = FIXED_METHODS[method](scene, *([cell] if method == "shelling" else []))
         return ~frusta.shadows(rays, least=1).blocked
