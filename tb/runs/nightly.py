@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from xml.etree import ElementTree
@@ -16,7 +16,7 @@ from tb.runs.ledger import Entry, Ledger
 from tb.runs.shard import MINUTES, Shard
 from tb.runs.versions import versions
 
-__all__ = ["counts", "cpu_seconds", "end", "run_shards"]
+__all__ = ["begin", "counts", "cpu_seconds", "end", "run_shards"]
 
 def counts(report: Path) -> tuple[int, int, int]:
     """Tests that passed, that failed and that were skipped, of a JUnit report; nothing if there is none."""
@@ -55,9 +55,9 @@ def run_shards(root: Path, given: Iterable[Shard], ledger: Ledger, *, seed: int,
     -------
     Whether all ran and are green.
     """
-    begin, is_green = time.monotonic(), True
+    start, is_green = time.monotonic(), True
     for shard in given:
-        if minutes is not None and time.monotonic() - begin > 60 * minutes:
+        if minutes is not None and time.monotonic() - start > 60 * minutes:
             return False
         entry = _run(root, shard, seed, most, processes)
         ledger.add(entry)
@@ -74,11 +74,10 @@ def _run(root, shard, seed, most, processes):
     report.unlink(missing_ok=True)
     log.unlink(missing_ok=True)
     commit, inputs = commit_of(root), Inputs(root, [shard])
-    began, begin, used = datetime.now(), time.monotonic(), cpu_seconds()
+    began, start, used = datetime.now(), time.monotonic(), cpu_seconds()
     command = [sys.executable, "-m", "pytest", "-n", str(processes), "--dist", "loadgroup", "-q",
                f"--junitxml={report}", *(str(path.relative_to(root)) for path in shard.files)]
-    process = subprocess.Popen(command, cwd=root, start_new_session=True,
-                               env=watched({**os.environ, "SEED": str(seed), "ICARUS": "required"}, root, log))
+    process = begin(command, root, watched({**os.environ, "SEED": str(seed), "ICARUS": "required"}, root, log))
     try:
         code, result = process.wait(60 * most), "red"
     except subprocess.TimeoutExpired:
@@ -92,17 +91,36 @@ def _run(root, shard, seed, most, processes):
     return Entry(
         shard=shard.name, commit=commit, inputs=inputs.digest(shard.name, reads), reads=reads, seed=seed,
         versions=versions(),
-        began=began.isoformat("T", "seconds"), wall=round(time.monotonic() - begin, 1),
+        began=began.isoformat("T", "seconds"), wall=round(time.monotonic() - start, 1),
         cpu=round(cpu_seconds() - used, 1), passed=passed, failed=failed, skipped=skipped, result=result)
 
 
+def begin(command: Sequence[str], folder: Path, environment: Mapping[str, str], **options) -> subprocess.Popen:
+    """Begin a run of pytest that `end` can end: it leads a group of processes, and an interrupt reaches it.
+
+    Parameters
+    ----------
+    command
+        Program and arguments.
+    folder
+        Where it runs.
+    environment
+        All of its variables.
+    options
+        More arguments of `subprocess.Popen`.
+    """
+    # What a shell begins in the background ignores interrupts, and so does what that begins.
+    return subprocess.Popen(command, cwd=folder, env=environment, start_new_session=True, **options,
+                            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+
+
 def end(process: subprocess.Popen, grace: float = 60) -> None:
-    """End a run of pytest that leads its own group of processes, so that it still writes its report if it can.
+    """End a run of pytest, so that it still writes its report if it can.
 
     Parameters
     ----------
     process
-        pytest.
+        As `begin` gives it.
     grace
         Seconds that it has for its report.
     """

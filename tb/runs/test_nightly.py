@@ -1,5 +1,7 @@
 """How shards end, and what the ledger then says."""
 
+import os
+import signal
 import subprocess
 import sys
 
@@ -8,7 +10,7 @@ import pytest
 from tb.runs.checkout import checkout
 from tb.runs.inputs import Inputs, commit_of
 from tb.runs.ledger import Ledger
-from tb.runs.nightly import counts, end, run_shards
+from tb.runs.nightly import begin, counts, end, run_shards
 from tb.runs.shard import Shard
 
 PASSES = "import os\n\n\ndef test_seed():\n    assert os.environ['SEED'] == '5'\n"
@@ -59,11 +61,13 @@ def test_a_shard_that_takes_too_long_is_ended(tmp_path):
 
 
 def test_a_shard_that_is_ended_reports_what_ended_before(tmp_path):
-    """Red tests of a late shard have names."""
+    """Red tests of a late shard have names; in the background too, where interrupts are ignored."""
     tests = "def test_wrong():\n    assert 0\n\n\ndef test_right():\n    pass\n\n\ndef test_slow():\n    import time\n"
     root = checkout(tmp_path / "project", {"tb/a/test_it.py": f"{tests}    time.sleep(9999)\n"})
     command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", "--junitxml=report.xml", "tb/a"]
-    with subprocess.Popen(command, cwd=root, start_new_session=True, stdout=subprocess.PIPE, text=True) as process:
+    ignored = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with begin(command, root, os.environ, stdout=subprocess.PIPE, text=True) as process:
+        signal.signal(signal.SIGINT, ignored)
         # A test is in the report before the next is printed.
         seen = ""
         while not seen.endswith("F.") and (letter := process.stdout.read(1)):
