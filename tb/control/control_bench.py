@@ -6,6 +6,7 @@ from amaranth.sim import Simulator
 
 from golden.engine.config import Config
 from hw.control.job_control import JobControl
+from hw.lib.checks import checked
 from hw.lib.payload import pack, unpack
 from hw.registers.engine_registers import register
 from tb.control.job_rules import JobRules
@@ -77,7 +78,8 @@ class ControlBench:
         top = Module()
         top.submodules.dut = dut
         top.d.comb += [Cat(driven).eq(self._given), self._seen.eq(Cat(seen))]
-        self._simulator, self._trace, self._run = Simulator(top), None, None
+        with checked():
+            self._simulator, self._trace, self._run = Simulator(top), None, None
         self._simulator.add_clock(1e-8)
 
     def run(self, units, cycles: int) -> list[tuple[dict, dict]]:

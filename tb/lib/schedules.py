@@ -21,6 +21,7 @@ from amaranth.sim import Simulator
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
+from hw.lib.checks import checked
 from hw.lib.payload import pack, unpack
 from tb.lib.collisions import with_collisions
 from tb.lib.ranges import integers
@@ -93,7 +94,7 @@ def schedules(items: dict[str, st.SearchStrategy], sinks: Iterable[str], *, most
 
 class ScheduleBench:
     """A component in Amaranth's own simulator, for one schedule after the other, each from reset; collisions of its
-    memories show (`with_collisions`).
+    memories show (`with_collisions`), and its claims are checked (`hw.lib.checks`).
 
     Parameters
     ----------
@@ -166,7 +167,8 @@ class ScheduleBench:
         """
         self._schedule, self._ports, self._responders = schedule, ports, responders
         if self._simulator is None:
-            self._simulator = Simulator(with_collisions(self._top))
+            with checked():
+                self._simulator = Simulator(with_collisions(self._top))
             self._simulator.add_clock(1e-8)
             self._simulator.add_testbench(self._bench)
         else:

@@ -244,11 +244,13 @@ def screens():
 
 @pytest.mark.nightly
 @pytest.mark.parametrize(("frusta", "parts", "name", "replacement"), [
-    ("hemispheres", 1, "angle", lambda shell: 0.0), ("hemispheres", 1, "horizon", lambda shell: 0.0),
-    ("hemispheres", 4, "sector_angle", lambda shell: 0.0), ("screens", 1, "depth", lambda shell: 0.0),
-    ("screens", 4, "screen_sector_reach", lambda shell, half, step, slope_scale: 0.0),
-    ("screens", 1, "screen_border", lambda shell, half, slope_scale: 0.0),
-    ("screens", 1, "screen_reach", lambda shell, half, step, slope_scale: step / 2)],
+    ("hemispheres", 1, "angle", lambda shell, rounding: 0.0),
+    ("hemispheres", 1, "horizon", lambda shell, rounding: 0.0),
+    ("hemispheres", 4, "sector_angle", lambda shell, rounding: 0.0),
+    ("screens", 1, "depth", lambda shell, rounding: 0.0),
+    ("screens", 4, "screen_sector_reach", lambda shell, half, step, slope_scale, rounding: 0.0),
+    ("screens", 1, "screen_border", lambda shell, half, slope_scale, rounding: 0.0),
+    ("screens", 1, "screen_reach", lambda shell, half, step, slope_scale, rounding: step / 2)],
     ids=lambda value: value if isinstance(value, str) else "")
 def test_without_a_margin_hits_are_lost(margin, request, frusta, parts, name, replacement):
     """Each is necessary; that each is as derived, and where it has to be, is in `tb.golden.engine.ctu.test_margins`."""
@@ -294,14 +296,15 @@ ORIGINAL = {name: getattr(margins, name) for name in ("angle", "depth", "azimuth
 
 @pytest.mark.nightly
 def test_without_the_depth_directed_scenes_go_wrong(margin):
-    check_directed(margin, rows=10, count=3, depth=lambda shell: 0.0)
+    check_directed(margin, rows=10, count=3, depth=lambda shell, rounding: 0.0)
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize(("step", "rows", "count", "seeds"), [(0.75, 10, 3, range(8)), (1.0, 12, 1, [59])])
 def test_with_one_step_instead_of_the_angle_directed_scenes_go_wrong(margin, step, rows, count, seeds):
     check_directed(margin, rows=rows, count=count, seeds=seeds,
-                   angle=lambda shell: step * grid_rays.steps(shell)[1] if shell > 2 else ORIGINAL["angle"](shell))
+                   angle=lambda shell, rounding: step * grid_rays.steps(shell, rounding)[1] if shell > 2
+                   else ORIGINAL["angle"](shell, rounding))
 
 
 @pytest.mark.nightly
