@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import pytest
 from amaranth.hdl import Cat, ClockDomain, Module, Signal
-from amaranth.sim import Simulator
 
 from tb.axi.axi_lite_protocol import AxiLiteProtocol
 from tb.axi.axi_protocol import AxiProtocol
@@ -13,6 +12,7 @@ from tb.axi.channels import PYTHON
 from tb.axi.protocol_checker import ProtocolChecker
 from tb.axi.protocol_monitor import ProtocolError, ProtocolMonitor
 from tb.lib.configurations import config_of
+from tb.lib.simulator import simulator_of
 
 SMALL = {"memory.address_bits": 16, "memory.outstanding": 2, "memory.burst_beats": 4, "memory.length_bits": 3,
          "memory.timeout_bits": 2}
@@ -129,10 +129,7 @@ def checked(protocol, trace):
             found.append({name for k, name in enumerate(names) if bits >> k & 1})
             await context.tick()
 
-    simulator = Simulator(top)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(run)
-    simulator.run()
+    simulator_of(top, run).run()
     return found
 
 

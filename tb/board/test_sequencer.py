@@ -5,7 +5,6 @@ import random
 import zlib
 
 import pytest
-from amaranth.sim import Simulator
 
 from golden.base.errors import InputError
 from golden.engine.config import PRESETS
@@ -21,6 +20,7 @@ from radiosity.flow.board.record import record
 from radiosity.flow.board.view import board_view
 from tb.board.decoder import Frame, frames
 from tb.lib.seed import SEED
+from tb.lib.simulator import simulator_of
 
 BOARD = PRESETS["board"]
 ADDRESSES = addresses(ENGINE_REGISTERS)
@@ -59,8 +59,7 @@ class Machine:
         # Interrupts still to come, and reads of the status since the last one.
         self.coming, self.looks = 0, 0
         self.writes, self.sent = [], bytearray()
-        self.simulator = Simulator(component)
-        self.simulator.add_clock(1e-8)
+        self.simulator = simulator_of(component)
         for process in self._reads, self._writes, self._peeks, self._takes, self._interrupts:
             self.simulator.add_testbench(process, background=True)
 

@@ -4,10 +4,10 @@ import random
 from itertools import pairwise
 
 import pytest
-from amaranth.sim import Simulator
 
 from hw.board.uart_transmitter import UartTransmitter
 from tb.lib.configurations import config_of
+from tb.lib.simulator import simulator_of
 from tb.lib.timing import documented_latency
 
 BYTES = [0x00, 0xFF, 0x55, 0xAA, 0x01, 0x80, *random.Random(3).randbytes(40)]
@@ -16,8 +16,7 @@ BYTES = [0x00, 0xFF, 0x55, 0xAA, 0x01, 0x80, *random.Random(3).randbytes(40)]
 def levels(divisor, gaps=0):
     """The line in each cycle, and the cycles in which a byte is taken."""
     component, line, taken, chance = UartTransmitter(divisor=divisor), [], [], random.Random(1)
-    simulator = Simulator(component)
-    simulator.add_clock(1e-6)
+    simulator = simulator_of(component)
 
     async def drive(ctx):
         for value in BYTES:

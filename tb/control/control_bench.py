@@ -2,15 +2,14 @@
 
 from amaranth.hdl import Cat, Module, Shape, Signal, Value
 from amaranth.lib.wiring import In
-from amaranth.sim import Simulator
 
 from golden.engine.config import Config
 from hw.control.job_control import JobControl
-from hw.lib.checks import checked
 from hw.lib.payload import pack, unpack
 from hw.registers.engine_registers import register
 from tb.control.job_rules import JobRules
 from tb.control.job_units import quiet
+from tb.lib.simulator import simulator_of
 
 __all__ = ["ControlBench", "Script"]
 
@@ -78,9 +77,7 @@ class ControlBench:
         top = Module()
         top.submodules.dut = dut
         top.d.comb += [Cat(driven).eq(self._given), self._seen.eq(Cat(seen))]
-        with checked():
-            self._simulator, self._trace, self._run = Simulator(top), None, None
-        self._simulator.add_clock(1e-8)
+        self._simulator, self._trace, self._run = simulator_of(top), None, None
 
     def run(self, units, cycles: int) -> list[tuple[dict, dict]]:
         """What the control was given and what it said, in each cycle.

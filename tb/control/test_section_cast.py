@@ -1,10 +1,10 @@
 """Sections one after the other in units that take their time: none starts early, none is lost, few cycles between."""
 
-from amaranth.sim import Simulator
 
 from golden.engine.config import PRESETS
 from hw.control.section_cast import PATCHES, SectionCast
 from tb.lib.bench import Bench
+from tb.lib.simulator import simulator_of
 
 UNITS = ("memory", "intersection", "traversal", "near")
 
@@ -80,7 +80,4 @@ def test_as_many_patches_as_are_counted():
             ctx.set(moves, 0)
         assert ctx.get(dut.idle)
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulator_of(dut, bench).run()

@@ -8,7 +8,6 @@ from random import Random
 import cocotb
 import numpy as np
 from amaranth.hdl import Value
-from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.engine.config import PRESETS
@@ -20,6 +19,7 @@ from tb.lib.no_x import assert_known
 from tb.lib.ports import Ports
 from tb.lib.runner import options
 from tb.lib.signature import payload_shape
+from tb.lib.simulator import simulator_of
 from tb.lib.stall_patterns import STALL_PAIRS
 
 __all__ = ["Rays", "check_rate", "play", "request"]
@@ -167,10 +167,7 @@ def play(dut, passed, *, slots, frusta, seed):
         for _ in range(frusta):
             await frustum(ctx)
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulator_of(dut, bench).run()
 
 
 class Watch:

@@ -1,6 +1,5 @@
 import cocotb
 import pytest
-from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles
 
 from golden.engine.config import PRESETS
@@ -9,6 +8,7 @@ from hw.ctu.ray_memory import RayMemory
 from tb.ctu.ray_memory_bench import Rays, check_rate, play, request
 from tb.lib.clocking import start
 from tb.lib.runner import SLOW_IN_ICARUS, simulate
+from tb.lib.simulator import simulator_of
 from tb.lib.timing import documented_latency
 
 VERSION_BITS, DEFERRED, GENERATION_BITS = 10, 8, 2
@@ -153,10 +153,7 @@ def test_requests_wait_for_a_slot_again_and_again_in_one_frustum():
                 await idle(2 * AGAIN)
             assert ctx.get(dut.waiting) == 0
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulator_of(dut, bench).run()
     assert left == [(version, 100 + version) for version in range(1, 1 + 3 * rounds)]
 
 

@@ -3,11 +3,11 @@
 from itertools import product
 
 import pytest
-from amaranth.sim import Simulator
 
 from hw.ctu.settle_sweep import SettleSweep
 from hw.ctu.square_scan import SIDE_BITS
 from tb.lib.configurations import config_of
+from tb.lib.simulator import simulator_of
 
 # Tiles of the section.
 ACROSS, DOWN = 6, 5
@@ -51,7 +51,4 @@ def test_a_frustum_is_fresh_when_all_of_its_squares_have_been_read(levels):
                     assert [set(codes) for codes in seen] == [squares(level) for level in range(levels)]
             assert all(set(codes.values()) == {frustum} for codes in seen)
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(testbench)
-    simulator.run()
+    simulator_of(dut, testbench).run()

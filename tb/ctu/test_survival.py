@@ -5,7 +5,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from amaranth.lib.data import StructLayout
-from amaranth.sim import Simulator
 
 from golden.engine.ctu.sector import Sector
 from golden.engine.ctu.settle_pyramid import SettlePyramid
@@ -18,6 +17,7 @@ from radiosity.flow.package.example.frustum_load import frustum_payload, tiles
 from radiosity.flow.package.example.grid_load import GridAddresses, grid_writes, grouped
 from tb.lib.configurations import config_of
 from tb.lib.coverage import Coverage
+from tb.lib.simulator import simulator_of
 from tb.lib.stall_patterns import STALLS
 from tb.lib.timing import documented_latency
 
@@ -98,8 +98,7 @@ class SurvivalBench:
             await self._begin(ctx)
             await test(ctx, self)
 
-        simulator = Simulator(self.dut)
-        simulator.add_clock(1e-8)
+        simulator = simulator_of(self.dut)
         for process in testbench, self._settle, self._take, self._watch:
             simulator.add_testbench(process, background=process is not testbench)
         simulator.run()

@@ -8,7 +8,6 @@ import pytest
 from amaranth.hdl import Elaboratable, Module, ResetInserter, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
-from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from benchmarks.viewpoints import hard_records
@@ -33,6 +32,7 @@ from tb.lib.parameter_ranges import corner
 from tb.lib.runner import SIMULATORS, options, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.seed import NIGHTS, SEED
+from tb.lib.simulator import simulator_of
 from tb.lib.stall_patterns import STALL_PAIRS
 
 # Small enough for short tests: a sweep of the ray memory has as many cycles as rays. Two bits of tags run out after
@@ -487,9 +487,7 @@ def test_tiles_of_a_section_are_rounded_up_to_a_power_of_two():
             expected = min(rounded(columns) * rounded(rows), 1 << bits - 1)
             assert ctx.get(tiles) == expected, f"{columns} x {rows} tiles"
 
-    simulator = Simulator(m)
-    simulator.add_testbench(check)
-    simulator.run()
+    simulator_of(m, check, period=None).run()
 
 
 class _WithReset(Elaboratable):

@@ -6,13 +6,13 @@ import random
 from itertools import pairwise
 
 import numpy as np
-from amaranth.sim import Simulator
 
 from golden.engine.icu.shadow_memory import ShadowMemory
 from hw.icu.ray_memory import RayMemory
 from tb.icu.shadow_frustum import random_shadow
 from tb.lib.configurations import config_of
 from tb.lib.schedules import Schedule, ScheduleBench
+from tb.lib.simulator import simulator_of
 
 RAYS = 64
 
@@ -66,10 +66,7 @@ def test_a_bank_is_read_while_the_other_one_is_updated():
             for number in range(70):
                 await cycle(ctx, is_busy=number < 50)
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulator_of(dut, bench).run()
     assert found == expected
     assert sum(map(any, found)) > 200
 
@@ -137,8 +134,5 @@ def test_a_ray_is_blocked_before_its_end_alone():
                 np.maximum.at(best, ray[hit], inverse[hit])
                 assert [one[0] for one in found] == best.tolist()
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulator_of(dut, bench).run()
     assert blocked > 100

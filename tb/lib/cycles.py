@@ -12,13 +12,11 @@ from types import SimpleNamespace
 from amaranth.hdl import Cat, ClockDomain, Module, Shape, Signal, Value
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
-from amaranth.sim import Simulator
 
-from hw.lib.checks import checked
 from hw.lib.payload import mask_of, pack, unpack
-from tb.lib.collisions import with_collisions
 from tb.lib.ranges import ends
 from tb.lib.signature import payload_shape, port_flows, ports_of, stream_of, streams_of
+from tb.lib.simulator import simulator_of
 
 __all__ = ["Cycle", "Table", "any_value", "replay"]
 
@@ -197,11 +195,7 @@ def replay(component, table: Table) -> None:
                 faults.append((number, came))
                 return
 
-    with checked():
-        simulator = Simulator(with_collisions(top))
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulator_of(top, bench).run()
     for number, came in faults:
         for name, shape in table.outputs.items():
             table.compare(number, name, came & (1 << _width(shape)) - 1)

@@ -17,17 +17,15 @@ from random import Random
 from amaranth.hdl import Cat, ClockDomain, Const, Module, Signal, Value
 from amaranth.lib.data import ArrayLayout, StructLayout
 from amaranth.lib.wiring import In, Out
-from amaranth.sim import Simulator
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
-from hw.lib.checks import checked
 from hw.lib.payload import pack, unpack
-from tb.lib.collisions import with_collisions
 from tb.lib.ranges import integers
 from tb.lib.responder import Responder
 from tb.lib.seed import IS_DRAWN
 from tb.lib.signature import stream_of, streams_of
+from tb.lib.simulator import simulator_of
 from tb.lib.stages import Trace
 
 __all__ = ["SETTINGS", "Schedule", "ScheduleBench", "payloads", "schedules"]
@@ -167,10 +165,7 @@ class ScheduleBench:
         """
         self._schedule, self._ports, self._responders = schedule, ports, responders
         if self._simulator is None:
-            with checked():
-                self._simulator = Simulator(with_collisions(self._top))
-            self._simulator.add_clock(1e-8)
-            self._simulator.add_testbench(self._bench)
+            self._simulator = simulator_of(self._top, self._bench)
         else:
             self._simulator.reset()
         self._simulator.run()

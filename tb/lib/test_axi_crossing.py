@@ -4,13 +4,13 @@ import random
 
 import pytest
 from amaranth.hdl import ClockDomain, Module
-from amaranth.sim import Simulator
 
 from golden.engine.config import PRESETS
 from hw.lib.axi_crossing import AxiCrossing
 from hw.memsys.port.axi_signature import AxiSignature
 from hw.registers.axi_lite_signature import AxiLiteSignature
 from tb.lib.seed import SEED
+from tb.lib.simulator import simulator_of
 from tb.lib.stall_patterns import STALLS
 
 SIGNATURES = {"axi4": AxiSignature(config=PRESETS["tiny"]), "axi4-lite": AxiLiteSignature(address_bits=12)}
@@ -36,7 +36,7 @@ def test_every_channel_carries_its_fields_in_order(name, periods):
     m = Module()
     m.submodules.dut = dut
     m.domains += [ClockDomain("manager"), ClockDomain("subordinate")]
-    simulator = Simulator(m)
+    simulator = simulator_of(m, period=None)
     for domain, period in zip(("manager", "subordinate"), periods, strict=True):
         simulator.add_clock(period * 1e-9, phase=draw.random() * period * 1e-9, domain=domain)
     items = {channel: [{field: draw.getrandbits(width) for field, width in fields_of(signature, channel).items()}

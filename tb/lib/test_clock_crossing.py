@@ -6,10 +6,10 @@ import random
 import pytest
 from amaranth.hdl import ClockDomain, Module, Signal
 from amaranth.lib.data import StructLayout
-from amaranth.sim import Simulator
 
 from hw.lib.clock_crossing import ClockCrossing
 from tb.lib.seed import SEED
+from tb.lib.simulator import simulator_of
 from tb.lib.stall_patterns import STALLS
 
 SHAPE = StructLayout({"number": 16, "inverted": 16})
@@ -38,7 +38,7 @@ class Crossing:
         m.domains += self.domains
         for domain, cycles in zip(self.domains, self.cycles, strict=True):
             m.d[domain.name] += cycles.eq(cycles + 1)
-        self.simulator = Simulator(m)
+        self.simulator = simulator_of(m, period=None)
         self._random = random.Random(seed)
         for domain, period in zip(self.domains, periods, strict=True):
             self.simulator.add_clock(period * 1e-9, phase=self._random.random() * period * 1e-9, domain=domain.name)

@@ -8,14 +8,13 @@ from itertools import count
 
 from amaranth.hdl import Cat, Module, ResetInserter, Signal, Value
 from amaranth.lib.data import View
-from amaranth.sim import Simulator
 
 from golden.engine.config import Config
-from hw.lib.checks import checked
 from hw.lib.payload import pack, unpack
 from hw.memsys.memory_system import LOADS, MemorySystem
 from hw.memsys.patches.path_fault import PathFault
 from hw.memsys.patches.path_formats import BEATS, PathFormats, RequestKind
+from tb.lib.simulator import simulator_of
 from tb.memsys.patch_words import load_of
 
 __all__ = ["OWN", "FaultBench", "Faults", "Scene"]
@@ -109,9 +108,7 @@ class FaultBench:
         top.submodules.dut = ResetInserter(reset)(dut)
         top.d.comb += [Cat(*(one for one in self._given.values() if len(one))).eq(self._inputs),
                        self._outputs.eq(Cat(*self._seen.values())), dut.o_bus.ready.eq(1), dut.o_request.ready.eq(1)]
-        with checked():
-            self._simulator = Simulator(top)
-        self._simulator.add_clock(1e-8)
+        self._simulator = simulator_of(top)
         self._script, self._has_run, self._stable, self._ctx = None, False, {}, None
         self._faults, self._draw, self._delay = Faults(), random.Random(0), 1
 

@@ -2,7 +2,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 
 from benchmarks.traffic import PATTERNS
 from golden.base.errors import InputError
@@ -16,6 +15,7 @@ from hw.noc.network import Network
 from hw.noc.router import Router
 from tb.lib.runner import ICARUS
 from tb.lib.seed import SEED
+from tb.lib.simulator import simulator_of
 from tb.lib.timing import documented_latency
 from tb.noc.packets import packets, stalls
 from tb.noc.replay import Words, replay, script
@@ -124,8 +124,7 @@ def test_routers_of_any_node_are_those_of_each_node(network, monkeypatch):
     routing, shared = route(Topology(*shape), channels), {"messages": messages, "router_cycles": 2}
     harness = Words(Network(routing=routing, bits=8, depth=3, **shared))
     (one, *_) = scripts_of(routing, flits=150, bits=8, depth=3, arbitration="round-robin", **shared)
-    simulator = Simulator(harness)
-    simulator.add_clock(1e-8)
+    simulator = simulator_of(harness)
 
     async def drive(ctx):
         for cycle, (word, expected) in enumerate(zip(one["given"], one["required"], strict=True)):
@@ -141,8 +140,7 @@ def test_routers_of_any_node_are_those_of_each_node(network, monkeypatch):
 def test_a_single_packet_has_the_zero_load_latency(router_cycles):
     routing = route(Topology("mesh", 3, 1), 1)
     network = Network(routing=routing, bits=8, depth=2, router_cycles=router_cycles)
-    simulator = Simulator(network)
-    simulator.add_clock(1e-8)
+    simulator = simulator_of(network)
     seen = []
 
     async def send(ctx):
@@ -178,8 +176,7 @@ def test_counters_are_those_of_the_model():
     arrivals = model.run(given, cycles=5000)
     words = script(seeded(10), given, arrivals, nodes=4, bits=8, channels=1)["given"]
     harness = Words(network)
-    simulator = Simulator(harness)
-    simulator.add_clock(1e-8)
+    simulator = simulator_of(harness)
 
     async def drive(ctx):
         for word in words:

@@ -4,13 +4,13 @@ import random
 from functools import partial
 
 import pytest
-from amaranth.sim import Simulator
 
 from golden.engine.config import PRESETS
 from golden.engine.noc.packing import reply_flits, request_flits
 from golden.engine.noc.routing import route
 from hw.noc.network_fault import NetworkFault
 from hw.noc.network_interface import NetworkInterface
+from tb.lib.simulator import simulator_of
 
 NODE = 1
 VARIANTS = [{"noc.flit_bits": 72, "noc.check": "parity", "noc.networks": "physical", "noc.virtual_channels": 1},
@@ -37,8 +37,7 @@ class InterfaceBench:
 
     def run(self, cycles, *, requests=(), replies=(), flits=((), ()), slow=False, most=1 << 20):
         """``flits``: of requests and of replies that the network brings; ``most`` vertices of replies are accepted."""
-        dut, simulator = self.dut, Simulator(self.dut)
-        simulator.add_clock(1e-8)
+        dut, simulator = self.dut, simulator_of(self.dut)
         channels = self.config.noc.virtual_channels
 
         async def give(ctx, stream, items):
@@ -188,7 +187,8 @@ def test_faults_are_reported_and_block_nothing(changes, how, fault):
     config = bench.config
     first, second = patches(config, bench.random, 2)
     wrong = broken(replies_of(config, [first], destination=NODE + 1 if how == "address" else NODE), how, config)
-    bench.run(120, flits=((), [*wrong, *replies_of(config, [second])]))
+    bench.run(120, requests=[{"node": node, "patch": patch} for node, patch, *_ in (first, second)],
+              flits=((), [*wrong, *replies_of(config, [second])]))
     assert bench.fault == fault
     # The packet after it comes as it is.
     assert bench.answered[-4:] == answers([second])
@@ -218,7 +218,9 @@ def test_the_first_fault_since_reset_stays():
                                      ([*request, *request, *elsewhere], wrong_reply, NetworkFault.CHECK),
                                      (elsewhere, [*reply, *wrong_reply], NetworkFault.ADDRESS),
                                      (elsewhere, wrong_reply, NetworkFault.ADDRESS)):
-        assert InterfaceBench(VARIANTS[0]).run(30, flits=(requests, replies)).fault == fault
+        bench = InterfaceBench(VARIANTS[0])
+        bench.run(30, requests=2 * [{"node": node, "patch": patch}], flits=(requests, replies))
+        assert bench.fault == fault
 
 
 def test_init_wrong():

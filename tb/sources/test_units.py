@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from tb.sources.source_texts import ROOT, components
+from tb.sources.source_texts import ROOT, components, source_texts
 
 # By file of hw: the test, and how it reaches the component if that does not name it.
 TESTED_IN = {
@@ -49,3 +49,13 @@ def test_the_test_that_is_listed_has_the_unit(path):
     names = [through] if through else components()[path]
     text = (ROOT / file).read_text()
     assert any(re.search(rf"\b{name}\b", text) for name in names), f"{file} does not name {', '.join(names)}"
+
+
+# Modules that need no claims: of the simulator itself, of netlists, of bugs, and of what pages draw.
+PLAIN = {"tb/lib/simulator.py", "tb/lib/test_checks.py", "tb/lib/test_collisions.py", "tb/coverage/test_reported.py",
+         "tb/radiosity/flow/synthesis/test_mapped.py", "tb/bugs/test_rules.py", "tb/docs/timing_diagram.py"}
+
+
+def test_simulations_check_claims_and_show_collisions():
+    """By `tb.lib.simulator.simulator_of`."""
+    assert {path for path, text in source_texts("tb").items() if re.search(r"\bSimulator\(", text)} == PLAIN

@@ -3,7 +3,8 @@
 import pytest
 from amaranth.hdl import Module
 from amaranth.lib import wiring
-from amaranth.sim import Simulator
+
+from tb.lib.simulator import simulator_of
 
 __all__ = ["Connections", "IdleUnit"]
 
@@ -38,9 +39,7 @@ class Connections:
             for name in names:
                 patch.setattr(module, name, self._replaced(name, getattr(module, name)))
             self.dut = make()
-            self._simulator = Simulator(self.dut)
-        self._simulator.add_clock(1e-8)
-        self._simulator.add_testbench(self._run)
+            self._simulator = simulator_of(self.dut, self._run)
 
     def _replaced(self, name, real):
         def make(*given, **named):

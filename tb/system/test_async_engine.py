@@ -6,7 +6,6 @@ from itertools import count
 import pytest
 from amaranth.hdl import ClockDomain, Module, Signal
 from amaranth.lib import wiring
-from amaranth.sim import Simulator
 
 import hw.async_engine
 from hw.async_engine import HELD, AsyncEngine
@@ -17,6 +16,7 @@ from tb.axi.axi_lite_protocol import AxiLiteProtocol
 from tb.axi.axi_protocol import AxiProtocol
 from tb.axi.protocol_monitor import ProtocolError, ProtocolMonitor
 from tb.lib.seed import SEED
+from tb.lib.simulator import simulator_of
 from tb.system.copier import CONFIG, TABLE, WORD, Copier
 
 PLACES = addresses(TABLE)
@@ -70,7 +70,7 @@ class Machine:
         clocks = {"engine": self.sync.clk, "memory": self.dut.m_axi_aclk, "host": self.dut.s_axil_aclk}
         for name, domain in self.edges.items():
             m.d.comb += clocks[name].eq(domain.clk)
-        self.simulator = Simulator(m)
+        self.simulator = simulator_of(m, period=None)
         self.draw = random.Random(SEED)
         for domain, period in zip(self.edges.values(), periods, strict=True):
             self.simulator.add_clock(period * 1e-9, phase=self.draw.random() * period * 1e-9, domain=domain.name)

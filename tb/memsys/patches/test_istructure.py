@@ -3,7 +3,6 @@ from itertools import pairwise
 import cocotb
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from golden.engine.config import PRESETS
@@ -15,6 +14,7 @@ from tb.lib.clocking import reset, start
 from tb.lib.coverage import Coverage
 from tb.lib.no_x import assert_known
 from tb.lib.runner import SIMULATORS, options, simulate
+from tb.lib.simulator import simulator_of
 from tb.lib.stall_patterns import STALL_PAIRS, STALLS
 from tb.lib.stream import Monitor, Sink, Source
 from tb.lib.timing import documented_latency
@@ -397,8 +397,5 @@ def test_renewed_locations(seed, ready):
         assert not read_at, "each read must be answered"
         assert refused >= len(refusals) - REFUSAL
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(drive)
-    simulator.run()
+    simulator_of(dut, drive).run()
     coverage.check()

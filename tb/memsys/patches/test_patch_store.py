@@ -6,13 +6,13 @@ from itertools import pairwise
 
 import pytest
 from amaranth.hdl import ResetInserter, Signal
-from amaranth.sim import Simulator
 
 from golden.engine.memsys.patches.patch_store import KEPT_OF
 from golden.engine.memsys.patches.patch_store import PatchStore as GoldenStore
 from hw.formats import VERTICES
 from hw.memsys.patches.patch_store import PatchStore
 from tb.lib.configurations import config_of
+from tb.lib.simulator import simulator_of
 from tb.lib.timing import documented_latency
 
 CONFIG = config_of({"icu.patch_bits": 8})
@@ -69,8 +69,7 @@ class Run:
         self.before_resets = [(0, 0)]
         dut = PatchStore(config=CONFIG, frames=FRAMES, requests=REQUESTS)
         self.reset = Signal()
-        simulator = Simulator(ResetInserter(self.reset)(dut))
-        simulator.add_clock(1e-8)
+        simulator = simulator_of(ResetInserter(self.reset)(dut))
         self.cycle = self.event = 0
 
         async def bench(ctx):

@@ -1,12 +1,12 @@
 """The read engine's time-out, and its faults that come together; its bursts are tested at the port."""
 
 import pytest
-from amaranth.sim import Simulator
 
 from hw.memsys.port.fault import Fault
 from hw.memsys.port.memory_formats import MemoryFormats
 from hw.memsys.port.read_engine import ReadEngine
 from tb.lib.configurations import config_of
+from tb.lib.simulator import simulator_of
 
 CONFIG = config_of({"memory.timeout_bits": 4})
 FIRST = 5, 9, 77
@@ -40,10 +40,7 @@ def faults_of(beats, *, length=0, cycles=46):
                 faults.append((Fault(ctx.get(dut.o_fault.payload.code)), ctx.get(dut.o_fault.payload.address)))
             await ctx.tick()
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulator_of(dut, bench).run()
     return faults
 
 

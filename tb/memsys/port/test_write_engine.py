@@ -1,10 +1,10 @@
 """The write engine's time-out; its bursts are tested at the port, `tb/memsys/port/test_main_memory_port.py`."""
 
-from amaranth.sim import Simulator
 
 from hw.memsys.port.fault import Fault
 from hw.memsys.port.write_engine import WriteEngine
 from tb.lib.configurations import config_of
+from tb.lib.simulator import simulator_of
 
 TIMEOUT_BITS = 4
 CONFIG = config_of({"memory.timeout_bits": TIMEOUT_BITS})
@@ -36,10 +36,7 @@ def test_each_answer_of_several_bursts_is_progress():
             await ctx.tick()
         assert addresses == sent == len(ANSWERS) + 1
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulator_of(dut, bench).run()
     assert written == [(0, 0), (1, 0), (2, 0), (3, 1)]
     ((code, cycle),) = faults
     assert code is Fault.WRITE_TIMEOUT
@@ -67,8 +64,5 @@ def test_answers_that_come_too_late_while_the_client_stalls_end_no_burst_twice()
                 written.append((ctx.get(dut.o.payload.tag), ctx.get(dut.o.payload.error)))
             await ctx.tick()
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-8)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulator_of(dut, bench).run()
     assert written == [(0, 1), (1, 1), (2, 1), (3, 0)]
