@@ -195,7 +195,7 @@ def test_a_bitstream_of_the_soc_for_the_ulx3s(litex, without_verilog, monkeypatc
     def write_stub(top, *, folder, **given):
         write_core(top, folder=folder, **given)
         ports = json.loads((folder / f"{NAME}.json").read_text())["ports"]
-        (folder / f"{NAME}.v").write_text(stub(ports))
+        (folder / f"{NAME}.sv").write_text(stub(ports))
 
     def build(hertz):
         return build_soc(SOC, tmp_path / str(hertz), litex=litex, hertz=hertz, baud=1_000_000, revision="2.0", seed=1,
