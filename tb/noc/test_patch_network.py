@@ -101,3 +101,25 @@ def test_flits_are_those_of_requests_and_of_replies(networks):
     count = len(request_flits(config, source=0, destination=1, patch=7)) + len(reply_flits(
         config, source=1, destination=0, patch=7, surface=0, vertices=corners))
     assert bench.history["flits"][-1] == 2 * count
+
+
+def test_stalls_are_those_of_requests_and_of_replies():
+    """Packets of two nodes meet on their way to a third one: of replies that it has requested, then of requests."""
+    bench = ScheduleBench(PatchNetwork(config=PRESETS["tiny"].replace(NETWORKS["two"])), idle_limit=150,
+                          watched=["stalls"])
+    count, vertices = 2, 4
+
+    def after(cycles, items):
+        return [(0 if number else cycles, item) for number, item in enumerate(items)]
+
+    bench.run(Schedule(items={
+        "i_request__2": after(0, [{"node": sender, "patch": patch} for sender in range(2) for patch in range(count)]),
+        **{f"i_reply__{sender}": after(100, [
+            {"node": 2, "vertex": {"patch": patch, "surface": 0, "vertex": [1, 2, 3]}}
+            for patch in range(count) for _ in range(vertices)]) for sender in range(2)},
+        **{f"i_request__{sender}": after(220, [{"node": 2, "patch": patch} for patch in range(count)])
+           for sender in range(2)}}))
+    assert len(bench.cycles["o_reply__2"]) == 2 * count * vertices
+    assert max(bench.cycles["o_reply__2"]) < 220
+    stalls = [bench.history["stalls"][cycle] for cycle in (99, 219, -1)]
+    assert stalls[0] < stalls[1] < stalls[2]
