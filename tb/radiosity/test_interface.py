@@ -5,6 +5,7 @@ import random
 import subprocess
 import sys
 from dataclasses import replace
+from datetime import UTC, datetime
 from types import SimpleNamespace
 
 import numpy as np
@@ -98,7 +99,8 @@ def test_a_mesh_of_pyvista_is_its_faces():
     (lambda: radiosity.export_verilog("core", period=0), "period"),
     (lambda: radiosity.export_verilog("core", parameters={"icu.threads": 2}), "parameters"),
     (lambda: radiosity.sky(radiosity.load("furnace:1"), "blue"), "sky"),
-    (lambda: radiosity.sky(radiosity.load("furnace:1"), place=(48, 11)), "date")])
+    (lambda: radiosity.sky(radiosity.load("furnace:1"), place=(48, 11)), "date"),
+    (lambda: radiosity.sky(FURNACE, sun=(0, 45), place=(48, 11), date=datetime(2026, 6, 21, tzinfo=UTC)), "sun")])
 def test_an_input_error_is_a_value_error_that_names_its_parameter(call, parameter):
     with pytest.raises(ValueError, match=r"^[^\n]+$") as caught:
         call()

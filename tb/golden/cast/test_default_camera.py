@@ -35,9 +35,10 @@ def test_a_scene_keeps_its_own_camera():
     assert default_camera(replace(builtin_scene("furnace:1"), camera=camera)) is camera
 
 
-@pytest.mark.parametrize("name", ["furnace:3", "lobby"])
-def test_a_closed_room_is_seen_from_within(name):
-    scene = nameless(name)
+@pytest.mark.parametrize(("name", "up"), [
+    ("furnace:3", (0, 0, 1)), ("furnace:3", (0, 0, -1)), ("furnace:3", (0, -1, 0)), ("lobby", (0, 0, 1))])
+def test_a_closed_room_is_seen_from_within_and_above(name, up):
+    scene = replace(nameless(name), up=up)
     camera = default_camera(scene)
     assert inside_box(scene, camera.eye)
     hits = view(scene, camera)

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import OpenEXR
 import pytest
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from golden.light.image import false_colour, write_exr, write_png
 from tb.golden.light.exr import read_exr
@@ -123,6 +123,18 @@ def test_a_logarithmic_scale_has_equal_steps_for_equal_ratios():
     # With the top at 100 the middle of two decades is 10.
     cut = false_colour(values, "cd/m2", top=100.0, decades=2)[0, :6]
     np.testing.assert_array_equal(cut, false_colour(np.array([[2.0, 2, 1, 0, 0, 0]]), "cd/m2")[0, :6])
+
+
+@pytest.mark.parametrize(("given", "ends"), [
+    ({}, ["0", "500", "1000"]), ({"top": 100.0}, ["0", "50", ">= 100"]),
+    ({"decades": 4}, ["<= 0.1", "10", "1000"]), ({"top": 100.0, "decades": 2}, ["<= 1", "10", ">= 100"])])
+def test_the_legend_names_the_values_at_the_left_end_in_the_middle_and_at_the_right_end(monkeypatch, given, ends):
+    texts, draw = {}, ImageDraw.ImageDraw.text
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", lambda self, place, text, **more: (
+        texts.update({place: text}), draw(self, place, text, **more)))
+    false_colour(np.array([[1000.0, 5, 0]]), "lux", **given)
+    lowest = max(y for _, y in texts)
+    assert [text for (x, y), text in sorted(texts.items()) if y == lowest] == ends
 
 
 def test_false_colour_of_nothing_is_black():

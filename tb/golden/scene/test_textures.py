@@ -119,6 +119,16 @@ def painted(folder, faces, *, grain=1):
     return load_scene(write(folder, "a.obj", "mtllib a.mtl\n" + SQUARE + "usemtl a\n" + faces))
 
 
+@pytest.mark.filterwarnings("ignore:.*is defined again")
+def test_a_definition_that_is_replaced_leaves_nothing(tmp_path):
+    Image.fromarray(RANDOM).save(tmp_path / "p.png")
+    write(tmp_path, "a.mtl", "newmtl a\nKe 1 1 1\nmap_Kd p.png\nnewmtl a\nKd 0.25 0.25 0.25\n")
+    scene = load_scene(write(tmp_path, "a.obj", "mtllib a.mtl\n" + SQUARE + "usemtl a\nf 1/1 2/2 3/3 4/4\n"))
+    assert scene.textures is None
+    assert scene.channels("diffuse").tolist() == [[0.25, 0.25, 0.25]]
+    assert not scene.channels("emission").any()
+
+
 def inside(scene, patch=0, count=2000, seed=1):
     u, v = np.random.default_rng(seed).random((2, count))
     a, b, c, d = scene.vertices[patch]
