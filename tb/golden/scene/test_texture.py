@@ -194,7 +194,9 @@ def test_a_face_of_gltf_has_the_colour_of_its_part(tmp_path, emits):
     ({}, RED), ({"offset": [0.5, 0]}, GREEN), ({"scale": [1, -1], "offset": [0, 1]}, BLUE),
     # The example of the extension: the lower left quarter, turned.
     ({"offset": [0, 1], "rotation": np.pi / 2, "scale": [0.5, 0.5]}, BLUE),
-    ({"offset": [1, 0.75], "rotation": np.pi, "scale": [0.5, 0.5]}, WHITE)])
+    ({"offset": [1, 0.75], "rotation": np.pi, "scale": [0.5, 0.5]}, WHITE),
+    # Scaled before it is turned: from (1/4, 1/2) on, half as wide as it is high.
+    ({"offset": [0.25, 0], "rotation": np.pi / 2, "scale": [1, 0.5]}, BLUE)])
 def test_a_texture_of_gltf_is_placed_by_its_transform_and_set_of_coordinates(tmp_path, transform, colour):
     info = {"texCoord": 3, "extensions": {"KHR_texture_transform": transform}}
     scene = load_scene(picture_file(tmp_path, ATLAS, info=info))
