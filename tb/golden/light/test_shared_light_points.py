@@ -77,18 +77,19 @@ def test_a_square_light_behind_a_square_has_its_closed_form_closely(samples, bou
 
 
 def test_points_of_lights_serve_frusta_and_single_rays_alike():
-    """A point light is a shared point, the sun is none; few points are cast singly, with the same light."""
-    lights = (PointLight(position=(0.2, 0.1, 1.9), intensity=(1, 2, 3)),
-              DirectionalLight(direction=(0.1, 0, -1), irradiance=(1, 1, 1)))
+    """Point lights are shared points, the sun is none; few points are cast singly, with the same light."""
+    lights = (DirectionalLight(direction=(0.1, 0, -1), irradiance=(1, 1, 1)),
+              PointLight(position=(0.2, 0.1, 1.9), intensity=(1, 2, 3)),
+              PointLight(position=(-0.3, 0.2, 1.9), intensity=(3, 2, 1)))
     scene = scene_of((FLOOR, BLACK), (blocker(), BLACK), lights=lights)
     points = floor_points(20)
     value, kinds = direct(scene, points, 1)
     expected, _ = direct(scene, points, 1, None)
     np.testing.assert_array_equal(value, expected)
-    assert (kinds["shadow"]["rays"], kinds["single shadow"]["rays"]) == (400, 400)
+    assert (kinds["shadow"]["rays"], kinds["single shadow"]["rays"]) == (2 * 400, 400)
     few, kinds = direct(scene, points[:LEAST - 1], 1)
     np.testing.assert_array_equal(few, expected[:LEAST - 1])
-    assert (kinds["shadow"]["rays"], kinds["single shadow"]["rays"]) == (0, 2 * (LEAST - 1))
+    assert (kinds["shadow"]["rays"], kinds["single shadow"]["rays"]) == (0, 3 * (LEAST - 1))
 
 
 def test_what_glass_may_let_through_is_cast_again():
