@@ -248,6 +248,11 @@ def test_script_f_between_surfaces_by_their_names():
     np.testing.assert_allclose(factors.script_f(emissivity={"floor": 1, "lid": 1}), factors.F.toarray(), atol=1e-12)
 
 
+def test_parameters_of_a_machine_stay_as_they_are_given():
+    with pytest.raises(radiosity.InputError, match=r"sets noc.columns .* cannot be given"):
+        radiosity.machine(FURNACE, patch=0, clusters=2, parameters={"noc.columns": 2})
+
+
 def test_a_ray_hits_the_nearest_patch_or_any_one():
     scene = radiosity.load("furnace:1")
     hits = radiosity.cast(scene, RAYS, jobs=1)
