@@ -98,32 +98,27 @@ def test_the_engine_holds_room1627():
 
 
 @pytest.mark.nightly
-def test_the_page_counts_the_rays_that_narrow_numbers_change():
-    """Hemispheres of 4,096 rays from 16 patches, which no section of the SoC holds, in its numbers and the demo's."""
-    page = (ROOT / "docs" / "board.md").read_text()
+@pytest.mark.parametrize(("config", "least", "most"), [(SOC, 0, 1e-3), (PRESETS["board"], 0.15, 0.25)],
+                         ids=["SoC", "serial demo"])
+def test_narrow_numbers_change_as_many_rays_as_the_page_says(config, least, most):
+    """Of hemispheres of 4,096 rays from 16 patches, which no section holds; form factors change about as much."""
     scene, hemisphere = open_scene("room1627"), Hemisphere(64, 64)
     grid, patches = Grid(scene, jobs=1), range(0, len(scene), 82)
     middles = {patch: scene.vertices[patch].mean(axis=0) for patch in patches}
-    figures = []
-    for config in SOC, PRESETS["board"]:
-        config = replace(config, icu=replace(config.icu, rays=len(hemisphere), side_bits=6, patch_bits=11))
-        geometry = PatchGeometry.of(scene, config.numbers, list(middles.values()))
-        differ, shares = 0, 0.0
-        for patch, middle in middles.items():
-            record = hemisphere_record(hemisphere, geometry.coordinates, middle, scene.normals[patch],
-                                       source=int(scene.surface[patch]))
-            found, oracle = NaiveFixed(geometry, config).cast(record).patch, grid.nearest(
-                oracle_rays(record, geometry)).patch
-            differ += np.count_nonzero(found != oracle)
-            factors = [np.bincount(hits + 1, hemisphere.weights, len(scene) + 1)[1:] for hits in (found, oracle)]
-            shares += np.abs(factors[0] - factors[1]).sum() / 2.0**hemisphere.weight_bits / len(middles)
-        figures.append((differ, f"{shares:.4f}"))
+    config = replace(config, icu=replace(config.icu, rays=len(hemisphere), side_bits=6, patch_bits=11))
+    geometry = PatchGeometry.of(scene, config.numbers, list(middles.values()))
+    differ, shares = 0, 0.0
+    for patch, middle in middles.items():
+        record = hemisphere_record(hemisphere, geometry.coordinates, middle, scene.normals[patch],
+                                   source=int(scene.surface[patch]))
+        found, oracle = NaiveFixed(geometry, config).cast(record).patch, grid.nearest(
+            oracle_rays(record, geometry)).patch
+        differ += np.count_nonzero(found != oracle)
+        factors = [np.bincount(hits + 1, hemisphere.weights, len(scene) + 1)[1:] for hits in (found, oracle)]
+        shares += np.abs(factors[0] - factors[1]).sum() / 2.0**hemisphere.weight_bits / len(middles)
     assert len(middles) * len(hemisphere) == 65536
-    (rays, share), (others, other_share) = figures
-    text = " ".join(page.split())
-    assert (f"Of 65,536 rays of hemispheres from 16 patches of `room1627`, {rays} hit another patch than in float64, "
-            f"and the form factors to all patches differ by {share} in sum.") in text
-    assert f"With the numbers of the serial demo it is {others} rays and {other_share}." in text
+    assert least < differ / 65536 < most
+    assert least / 2 < shares < 2 * most
 
 
 def test_hits_in_the_numbers_of_the_soc_are_those_of_float64():
