@@ -8,8 +8,8 @@ def _watch(root, log):
     seen = set()
 
     def note(event, arguments):
-        if event == "open" and isinstance(arguments[0], str):
-            path = os.path.abspath(arguments[0])
+        if event == "open" and isinstance(arguments[0], str | bytes | os.PathLike):
+            path = os.path.abspath(os.fsdecode(arguments[0]))
             if path.startswith(root) and path not in seen:
                 seen.add(path)
                 os.write(log, f"{path[len(root):]}\n".encode())
@@ -20,4 +20,4 @@ def _watch(root, log):
 
 if "READS_LOG" in os.environ:
     _watch(os.path.join(os.environ["READS_ROOT"], ""),
-           os.open(os.environ["READS_LOG"], os.O_WRONLY | os.O_CREAT | os.O_APPEND))
+           os.open(os.environ["READS_LOG"], os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644))
