@@ -1,6 +1,7 @@
 """The back end of cell traversal against golden's records: barrier order, free running, throughput."""
 
 from collections import Counter
+from itertools import product
 from types import SimpleNamespace
 
 import cocotb
@@ -20,6 +21,7 @@ from tb.ctu.traversal_bench import FINAL, STAGES, ClusterPart, Intersection, Set
 from tb.golden.cast.frusta import random_frustum, speckled_frustum
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
+from tb.lib.drawn import drawn
 from tb.lib.no_x import assert_known
 from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
 from tb.lib.seed import NIGHTS
@@ -42,7 +44,7 @@ def recorded(name, config):
     return traversal_record(scene, cell=cell, config=config, clusters=clusters, pixels=(24, 16) if screen else None)
 
 
-def drawn(seed, config):
+def random_record(seed, config):
     """The same of a random frustum that is hard to cast, in few cells, without subshells."""
     frustum = (random_frustum if seed % 3 else speckled_frustum)(seed)
     shelling = Shelling(frustum.geometry, config, cell=max(frustum.cell, 0.25), by_code=True)
@@ -160,7 +162,7 @@ async def free_running(dut):
     port = SettlePort(dut)
     for number in range(given["runs"]):
         seed = given["seed"] * 1000 + number
-        record = recorded(given["record"], config) if given["record"] else drawn(seed, config)
+        record = recorded(given["record"], config) if given["record"] else random_record(seed, config)
         one = record.sectors[seed % len(record.sectors)]
         part = ClusterPart(record.shelling, record.record, one.sector, config)
         stalls = list(STALLS)
@@ -238,8 +240,7 @@ LARGE = {**BARRIER, "ctu.ray_slots": 1 << 17, "ctu.shell_bits": 6, "ctu.grid_row
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("cell", CELLS)
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize(("scene", "cell"), drawn([*product(SCENES, CELLS)], 4))
 def test_cells_of_golden_in_scenes(scene, cell):
     run((scene, cell, 1, False), LARGE, "verilator", cycles=3_000_000)
 

@@ -13,6 +13,7 @@ from tb.ctu.stage_cells import StageCells
 from tb.ctu.traversal_bench import ClusterPart, Intersection, SettlePort, Surroundings
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
+from tb.lib.drawn import drawn
 from tb.lib.responder import Responder
 from tb.lib.runner import SLOW_IN_ICARUS, options, simulate
 
@@ -184,8 +185,9 @@ LARGE = {**SMALL, "ctu.ray_slots": 4096, "ctu.shell_bits": 6, "ctu.grid_row_bits
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("scene", "cell", "clusters", "screen"), [
-    ("cornell", 0.125, 1, False), ("lobby", 0.125, 2, False), ("room1627", 0.125, 1, False), ("lobby", 0.125, 2, True)])
+@pytest.mark.parametrize(("scene", "cell", "clusters", "screen"), drawn([
+    ("cornell", 0.125, 1, False), ("lobby", 0.125, 2, False), ("room1627", 0.125, 1, False), ("lobby", 0.125, 2, True)],
+    2))
 def test_scenes(scene, cell, clusters, screen):
     run((scene, cell, clusters, screen), LARGE, "verilator", cycles=2_000_000, pipelines=2)
 

@@ -27,6 +27,7 @@ from tb.icu.unit_bench import section_hits, vertices
 from tb.icu.unit_coverage import COVERAGE, CoveredBench
 from tb.lib.clocking import start
 from tb.lib.configurations import CONFIGURATIONS, config_of
+from tb.lib.drawn import drawn
 from tb.lib.no_x import assert_known
 from tb.lib.parameter_ranges import corner
 from tb.lib.runner import SIMULATORS, options, simulate
@@ -87,6 +88,11 @@ class Frusta:
         assert len(different) == 0, f"{len(different)} rays differ, the first is {different[0]}"
 
 
+def frusta_options():
+    """Smaller frusta for a slow simulator."""
+    return {name: tuple(value) for name, value in options().items() if name in {"rays", "pixels"}}
+
+
 def bench_of(dut, **stalls):
     given = options()
     return CoveredBench(dut, config_of(given["changes"], given["preset"]), **stalls)
@@ -100,7 +106,7 @@ async def orders(dut):
     await RisingEdge(dut.clk)
     assert_known(dut, [*bench.ports.sources, *bench.ports.sinks])
     for scene in options().get("scenes", ("cornell", "soup 3")):
-        frusta = Frusta(bench, scene=scene)
+        frusta = Frusta(bench, scene=scene, **frusta_options())
         ids = np.arange(len(frusta.geometry))
         for record in frusta.records:
             await frusta.check(record, ids)
@@ -155,9 +161,9 @@ async def every_pair_of_stalls(dut):
 async def reset_in_flight(dut):
     """A reset within a frustum leaves nothing behind."""
     await start(dut, cycles=200_000)
-    for cut in (40, 150, 333):
+    for cut in options().get("cuts", (40, 150, 333)):
         bench = bench_of(dut)
-        frusta = Frusta(bench, scene="soup 8")
+        frusta = Frusta(bench, scene="soup 8", **frusta_options())
         record = frusta.records[0]
         await bench.begin(record, Sector.whole(record), Hemisphere(*frusta.rays).polar_weights)
         bench.ports.begin("i_vertex", vertices(frusta.geometry, np.arange(len(frusta.geometry))))
@@ -416,6 +422,10 @@ async def every_case_occurred(dut):
     COVERAGE.check()
 
 
+# Each is built for itself, which takes longer than its run.
+OTHERS = {"narrow": CONFIGURATIONS["narrow"], "1 register": {"icu.product_registers": 1},
+          "3 registers": {"icu.product_registers": 3}, "small tiles": {"icu.tile_bits": 1},
+          "large tiles": {"icu.tile_bits": 3}, "no u and v": {"icu.uv_bits": 0}, "few slots": {"icu.slots": 16}}
 QUICK = ("orders", "hard_patches", "sections", "every_pair_of_stalls", "reset_in_flight",
          "read_out_beside_the_next_frustum", "read_out_of_the_present_frustum",
          "tables_and_the_next_frustum_wait_for_patches_in_flight", "frusta_back_to_back",
@@ -449,23 +459,20 @@ def test_many_hard_patches():
 @pytest.mark.nightly
 @pytest.mark.parametrize("simulator", SIMULATORS[1:])
 def test_the_unit_in_icarus(simulator):
-    run("unit-icarus", ("orders", "reset_in_flight"), simulator=simulator, scenes=["soup 3"])
+    run("unit-icarus", ("orders", "reset_in_flight"), simulator=simulator, changes=FEW, scenes=["soup 3"], cuts=[150],
+        rays=(16, 4), pixels=(8, 8))
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("changes", [CONFIGURATIONS["narrow"], {"icu.product_registers": 1},
-                                     {"icu.product_registers": 3}, {"icu.tile_bits": 1}, {"icu.tile_bits": 3},
-                                     {"icu.uv_bits": 0}, {"icu.slots": 16}],
-                         ids=["narrow", "1 register", "3 registers", "small tiles", "large tiles", "no u and v",
-                              "few slots"])
-def test_other_widths_and_depths(changes, request):
-    run(request.node.callspec.id, ("orders", "every_pair_of_stalls"), changes=changes, few_stalls=True)
+@pytest.mark.parametrize("what", drawn([*OTHERS], 3))
+def test_other_widths_and_depths(what):
+    run(what, ("orders", "every_pair_of_stalls"), changes=OTHERS[what], few_stalls=True)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("scene", "busy"), [("cornell", 0.9), ("lobby", 0.9), ("room1627", 0.9)])
-def test_whole_frusta(scene, busy):
-    run(f"unit-{scene}", ("whole_frusta",), scene=scene, busy=busy, rays=(256, 64), pixels=(120, 90), preset="small",
+@pytest.mark.parametrize("scene", drawn(["cornell", "lobby", "room1627"]))
+def test_whole_frusta(scene):
+    run(f"unit-{scene}", ("whole_frusta",), scene=scene, busy=0.9, rays=(256, 64), pixels=(120, 90), preset="small",
         changes={"icu.rays": 1 << 14, "icu.patch_bits": 11, "icu.generation_bits": 4}, cycles=3_000_000)
 
 

@@ -50,10 +50,14 @@ _FLAGS = {
                   "--output-groups", "6"],
     "icarus": ["-g2012"],
 }
-# Testbenches are short: a precompiled header saves little with few files, and the compiler crashes over that of large
-# memories.
+# A design's own header is not precompiled: it saves little with few files, and the compiler crashes over that of large
+# memories. Those of the runtime, most of what is compiled of a small design, are precompiled once for all.
 _QUICK = OPTIMIZATION.replace(" ", r"\ ")
-_MAKE = (f"-j2 -- OPT_FAST={_QUICK} OPT_SLOW=-O0 OPT_GLOBAL={_QUICK} "
+_HEADER = "runtime.h"
+_HEADERS = "".join(f'#include "verilated{what}.h"\n' for what in ("", "_dpi", "_syms", "_vpi"))
+# The compiler's cache accepts a precompiled header only with the first of these options.
+_INCLUDE = f"-fpch-preprocess -include {_HEADER}".replace(" ", r"\ ")
+_MAKE = (rf"-j2 -- OPT_FAST={_QUICK}\ {_INCLUDE} OPT_SLOW=-O0 OPT_GLOBAL={_QUICK} "
          "CFG_CXXFLAGS_PCH=-fsyntax-only "
          "VK_PCH_I_FAST=-include$$(VM_PREFIX)__pch.h VK_PCH_I_SLOW=-include$$(VM_PREFIX)__pch.h")
 # What a run needs of a build.
@@ -75,9 +79,16 @@ class _SharedRuntime(Verilator):
 
     def _build_command(self):
         verilate, make = super()._build_command()
+        kept, folder = _runtime(self.waves), Path(self.build_dir)
+        if not kept.exists():
+            (folder / _HEADER).write_text(_HEADERS)
+            compiled = f"{_HEADER}.gch"
+            rule = f"{compiled}: {_HEADER}; $(CXX) $(CXXFLAGS) $(CPPFLAGS) $(filter-out -include {_HEADER},$(OPT_FAST))"
+            return [verilate, [*make, "--eval", f"{rule} -x c++-header -o $@ $<", compiled], make]
+        for path in kept.glob(f"{_HEADER}*"):
+            (folder / path.name).symlink_to(path)
         # Newer than the makefile, on which they depend.
-        kept = sorted(_runtime(self.waves).glob("*.o"))
-        return [verilate, *([["cp", *map(str, kept), str(self.build_dir)]] if kept else []), make]
+        return [verilate, ["cp", *map(str, sorted(kept.glob("*.o"))), str(folder)], make]
 
     @contextlib.contextmanager
     def sharing(self, waves: bool) -> Iterator[None]:
@@ -93,14 +104,15 @@ class _SharedRuntime(Verilator):
                 part = kept.with_suffix(".part")
                 shutil.rmtree(part, ignore_errors=True)
                 part.mkdir()
-                for path in Path(self.build_dir).glob("verilated*.o"):
-                    shutil.copyfile(path, part / path.name)
+                for path in Path(self.build_dir).iterdir():
+                    if path.match("verilated*.o") or path.match(f"{_HEADER}*"):
+                        shutil.copyfile(path, part / path.name)
                 part.rename(kept)
 
 
 def _runtime(waves):
     """The folder of the compiled runtime."""
-    return build_folder() / "runtime" / content_key(_version("verilator"), _MAKE, waves and _waves_format())
+    return build_folder() / "runtime" / content_key(_version("verilator"), _MAKE, _HEADERS, waves and _waves_format())
 
 
 class _SomeVisible(_SharedRuntime):
@@ -335,4 +347,5 @@ def tools() -> Iterator[None]:
         patch.setenv("MAKEFLAGS", _MAKE)
         if shutil.which("ccache"):
             patch.setenv("OBJCACHE", "ccache")
+            patch.setenv("CCACHE_SLOPPINESS", "pch_defines,time_macros")
         yield

@@ -81,6 +81,44 @@ class Source(_Stream):
         self._offer_nothing()
 
 
+class _Edges:
+    """Steps all monitors of a test at each edge of a clock: a task for each of them takes twice as long."""
+
+    _present: "_Edges | None" = None
+
+    def __init__(self, clock):
+        self._clock, self._monitors, self._new = clock, (), []
+        self._task = cocotb.start_soon(self._run())
+
+    @classmethod
+    def of(cls, clock) -> "_Edges":
+        """The present test's."""
+        if cls._present is None or cls._present._task.done() or cls._present._clock is not clock:
+            cls._present = cls(clock)
+        return cls._present
+
+    async def _run(self):
+        edge = RisingEdge(self._clock)
+        while True:
+            await edge
+            if self._new:
+                # Other tasks run at an edge before this one or after it, and theirs are stepped from the next one on.
+                present = get_sim_time()
+                self._monitors = (*self._monitors, *(monitor for began, monitor in self._new if began < present))
+                self._new = [(began, monitor) for began, monitor in self._new if began == present]
+            for monitor in self._monitors:
+                monitor.step()
+
+    def add(self, monitor: "Monitor") -> None:
+        """Step a monitor from the next edge on."""
+        self._new.append((get_sim_time(), monitor))
+
+    def remove(self, monitor: "Monitor") -> None:
+        """Step a monitor no more."""
+        self._monitors = tuple(one for one in self._monitors if one is not monitor)
+        self._new = [(began, one) for began, one in self._new if one is not monitor]
+
+
 class Monitor(_Stream):
     """Records what is transferred, in ``items``, and in which cycles, in ``cycles``.
 
@@ -93,15 +131,13 @@ class Monitor(_Stream):
     def __init__(self, dut, name: str, *, seen: Callable[[int], None] | None = None, **options):
         super().__init__(dut, name, **options)
         self.items, self.cycles = [], []
-        self._seen = seen
-        self._task = cocotb.start_soon(self._run())
+        self._seen, self._edges = seen, _Edges.of(dut.clk)
+        self._edges.add(self)
 
-    async def _run(self):
-        edge, valid, ready = self._edge, self.valid, self.ready
-        while True:
-            await edge
-            if int(valid.value) and (ready is None or int(ready.value)):
-                self._record()
+    def step(self) -> None:
+        """At an edge of the clock."""
+        if int(self.valid.value) and (self.ready is None or int(self.ready.value)):
+            self._record()
 
     def _record(self):
         item = 0 if self.payload is None else int(self.payload.value)
@@ -113,7 +149,7 @@ class Monitor(_Stream):
 
     def stop(self) -> None:
         """Record nothing more."""
-        self._task.cancel()
+        self._edges.remove(self)
 
 
 class Sink(Monitor):
@@ -133,21 +169,25 @@ class Sink(Monitor):
     def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None, **options):
         self.stalls, self.stalled = stalls or repeat(False), set()
         super().__init__(dut, name, **options)
-        if self.ready is not None:
-            self.ready.value = 0
+        self._accepts = None
+        self._accept()
 
-    async def _run(self):
+    def _accept(self):
+        """Set ``ready`` for the next edge."""
         if self.ready is None:
-            await super()._run()
-        edge, valid, ready, stalls = self._edge, self.valid, self.ready, self.stalls
-        while True:
-            accepts = not next(stalls)
-            ready.value = int(accepts)
-            await edge
-            if not accepts:
-                self.stalled.add(now())
-            elif int(valid.value):
-                self._record()
+            return
+        accepts = not next(self.stalls)
+        if accepts != self._accepts:
+            self._accepts = accepts
+            self.ready.value = int(accepts)
+
+    def step(self) -> None:
+        """See `Monitor.step`."""
+        if self.ready is not None and not self._accepts:
+            self.stalled.add(now())
+        elif int(self.valid.value):
+            self._record()
+        self._accept()
 
     def stop(self) -> None:
         """Accept and record nothing more."""

@@ -13,6 +13,7 @@ from golden.engine.noc.topology import Topology
 from hw.lib.arbiter import ArbiterPolicy
 from hw.noc.network import Network
 from hw.noc.router import Router
+from tb.lib.drawn import drawn
 from tb.lib.runner import ICARUS
 from tb.lib.seed import SEED
 from tb.lib.simulator import simulator_of
@@ -98,7 +99,7 @@ def test_every_flit_of_a_large_network_in_its_cycle():
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("network", LARGE, ids=str)
+@pytest.mark.parametrize("network", drawn(LARGE, 4), ids=str)
 def test_every_flit_of_long_runs_in_its_cycle(network):
     check(*network, simulator="verilator", flits=15_000)
 

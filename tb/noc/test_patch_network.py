@@ -9,6 +9,7 @@ from hw.lib.arbiter import ArbiterPolicy
 from hw.lib.credit_gate import CreditGate
 from hw.noc import network_interface, output_port
 from hw.noc.patch_network import PatchNetwork
+from tb.lib.drawn import drawn
 from tb.lib.runner import ICARUS, simulate
 from tb.lib.schedules import Schedule, ScheduleBench
 from tb.lib.timing import documented_latency
@@ -40,7 +41,7 @@ def test_full_networks_drain_and_a_stalled_cluster_blocks_no_other(name, simulat
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("name", LARGE)
+@pytest.mark.parametrize("name", drawn([*LARGE]))
 def test_large_ones_too(name):
     run(name, LARGE[name], TESTS, simulator="verilator", requests=150)
 

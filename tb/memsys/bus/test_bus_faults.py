@@ -11,6 +11,7 @@ from hw.memsys.port.fault import Fault
 from hw.memsys.port.main_memory_port import MainMemoryPort
 from tb.lib.clocking import reset, start
 from tb.lib.configurations import config_of
+from tb.lib.drawn import drawn
 from tb.lib.runner import options, simulate
 from tb.lib.seed import NIGHTS
 from tb.memsys.faulty_memory import READ_FAULTS, WRITE_FAULTS, BusFault, FaultyMemory
@@ -225,14 +226,10 @@ async def reset_of_the_machine_alone(dut):
         bench.stop()
 
 
-NIGHTLY = pytest.mark.nightly
-
-
 @pytest.mark.sim
 @pytest.mark.parametrize(("rounds", "changes"), [
-    (1, {}), pytest.param(3 * NIGHTS, {}, marks=NIGHTLY),
-    pytest.param(3 * NIGHTS, {"memory.data_bits": 512}, marks=NIGHTLY),
-    pytest.param(3 * NIGHTS, {"memory.outstanding": 1, "memory.burst_beats": 2}, marks=NIGHTLY)], ids=str)
+    (1, {}), *(pytest.param(3 * NIGHTS, changes, marks=pytest.mark.nightly) for changes in drawn([
+        {}, {"memory.data_bits": 512}, {"memory.outstanding": 1, "memory.burst_beats": 2}], 2))], ids=str)
 def test_bus_faults(rounds, changes):
     changes = {**CHANGES, **changes}
     simulate(MainMemoryPort(config=config_of(changes), tag=TAG), __name__, changes=changes, rounds=rounds)

@@ -7,6 +7,7 @@ from benchmarks.ceiling import SCENES
 from golden.cast.hemisphere import Hemisphere
 from golden.engine.config import PRESETS
 from hw.memsys.bus.cache_policy import CachePolicy
+from tb.lib.drawn import drawn
 from tb.memsys.cache_replay import replay
 
 POLICIES = [policy.name for policy in CachePolicy]
@@ -28,7 +29,7 @@ def test_a_few_castings():
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("lines", [8, 64, 256])
+@pytest.mark.parametrize("lines", drawn([8, 64, 256]))
 def test_five_scenes(lines):
     given = {f"{name}: {what}": string for name in SCENES
              for what, string in strings(name, Hemisphere(256, 64), 0.0625, 5000).items()}
