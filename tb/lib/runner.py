@@ -56,8 +56,8 @@ _QUICK = OPTIMIZATION.replace(" ", r"\ ")
 _HEADER = "runtime.h"
 _HEADERS = "".join(f'#include "verilated{what}.h"\n' for what in ("", "_dpi", "_syms", "_vpi"))
 # The compiler's cache accepts a precompiled header only with the first of these options.
-_INCLUDE = f"-fpch-preprocess -include {_HEADER}".replace(" ", r"\ ")
-_MAKE = (rf"-j2 -- OPT_FAST={_QUICK}\ {_INCLUDE} OPT_SLOW=-O0 OPT_GLOBAL={_QUICK} "
+_INCLUDE = f"-fpch-preprocess -include {_HEADER}"
+_MAKE = (f"-j2 -- OPT_FAST={_QUICK} OPT_SLOW=-O0 OPT_GLOBAL={_QUICK} "
          "CFG_CXXFLAGS_PCH=-fsyntax-only "
          "VK_PCH_I_FAST=-include$$(VM_PREFIX)__pch.h VK_PCH_I_SLOW=-include$$(VM_PREFIX)__pch.h")
 # What a run needs of a build.
@@ -79,16 +79,16 @@ class _SharedRuntime(Verilator):
 
     def _build_command(self):
         verilate, make = super()._build_command()
-        kept, folder = _runtime(self.waves), Path(self.build_dir)
+        kept, folder, includes = _runtime(self.waves), Path(self.build_dir), f"OPT_FAST={OPTIMIZATION} {_INCLUDE}"
         if not kept.exists():
             (folder / _HEADER).write_text(_HEADERS)
             compiled = f"{_HEADER}.gch"
-            rule = f"{compiled}: {_HEADER}; $(CXX) $(CXXFLAGS) $(CPPFLAGS) $(filter-out -include {_HEADER},$(OPT_FAST))"
-            return [verilate, [*make, "--eval", f"{rule} -x c++-header -o $@ $<", compiled], make]
+            rule = f"{compiled}: {_HEADER}; $(CXX) $(CXXFLAGS) $(CPPFLAGS) $(OPT_FAST) -x c++-header -o $@ $<"
+            return [verilate, [*make, "--eval", rule, compiled], [*make, includes]]
         for path in kept.glob(f"{_HEADER}*"):
             (folder / path.name).symlink_to(path)
         # Newer than the makefile, on which they depend.
-        return [verilate, ["cp", *map(str, sorted(kept.glob("*.o"))), str(folder)], make]
+        return [verilate, ["cp", *map(str, sorted(kept.glob("*.o"))), str(folder)], [*make, includes]]
 
     @contextlib.contextmanager
     def sharing(self, waves: bool) -> Iterator[None]:
@@ -112,7 +112,8 @@ class _SharedRuntime(Verilator):
 
 def _runtime(waves):
     """The folder of the compiled runtime."""
-    return build_folder() / "runtime" / content_key(_version("verilator"), _MAKE, _HEADERS, waves and _waves_format())
+    key = content_key(_version("verilator"), _MAKE, _INCLUDE, _HEADERS, waves and _waves_format())
+    return build_folder() / "runtime" / key
 
 
 class _SomeVisible(_SharedRuntime):
