@@ -169,13 +169,17 @@ class Sink(Monitor):
     def __init__(self, dut, name: str, *, stalls: Iterator[bool] | None = None, **options):
         self.stalls, self.stalled = stalls or repeat(False), set()
         super().__init__(dut, name, **options)
-        self._accepts = None
+        self._accepts = False
+        if self.ready is not None:
+            self.ready.value = 0
+            # A pattern may depend on what is made after this sink.
+            cocotb.start_soon(self._begin())
+
+    async def _begin(self):
         self._accept()
 
     def _accept(self):
         """Set ``ready`` for the next edge."""
-        if self.ready is None:
-            return
         accepts = not next(self.stalls)
         if accepts != self._accepts:
             self._accepts = accepts
@@ -187,7 +191,8 @@ class Sink(Monitor):
             self.stalled.add(now())
         elif int(self.valid.value):
             self._record()
-        self._accept()
+        if self.ready is not None:
+            self._accept()
 
     def stop(self) -> None:
         """Accept and record nothing more."""
