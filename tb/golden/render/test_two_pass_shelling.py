@@ -245,7 +245,7 @@ def test_mirrors_and_panes_show_what_single_rays_see(monkeypatch):
                         boards=Material(name="glass", transparent=(0.8, 0.8, 0.8), refraction_index=1.5),
                         more=(ball, second),
                         lights=(PointLight(position=(0.2, -1, 2.8), intensity=(9, 9, 9)),))
-    settings = RenderSettings(width=80, height=50, samples=4, rays=(16, 4), max_edge=4.0, depth=4, method="naive-fixed")
+    settings = RenderSettings(width=80, height=50, samples=4, rays=(16, 4), max_edge=1.5, depth=4, method="naive-fixed")
     made = render(scene, camera=CAMERA, settings=settings, frusta=NaiveFixedFrusta(scene))
     monkeypatch.setattr(two_pass, "SHADOW_BATCH", 1000)
     parts = render(scene, camera=CAMERA, settings=settings, frusta=NaiveFixedFrusta(scene))
