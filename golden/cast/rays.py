@@ -116,6 +116,9 @@ class Hits:
     tests: np.ndarray
     steps: np.ndarray
 
+    def __getitem__(self, rows) -> "Hits":
+        return Hits(**{name: values[rows] for name, values in vars(self).items()})
+
     def __repr__(self) -> str:
         return f"<Hits: {np.count_nonzero(self.patch >= 0)} of {counted(len(self.patch), 'ray')}>"
 

@@ -6,6 +6,7 @@ from golden.base.compiled import compiled
 from golden.cast.rays import Rays
 from golden.cast.shadow_rays import ShadowRays
 from golden.light.glass import SHEETS, Glass
+from golden.light.in_flight import InFlight
 from golden.light.light_choice import choose_lights
 from golden.light.light_points import by_area, net, net_points
 from golden.light.light_weights import light_weights
@@ -18,9 +19,6 @@ from golden.scene.scene import Scene
 
 __all__ = ["DirectLight"]
 
-# Pairs of point and light, or shadow rays, per block, which bounds memory; more where rays are cast as frusta, which
-# share what a frustum takes.
-BLOCK, SHADOW_BLOCK = 1 << 18, 1 << 23
 # A shadow ray ends this share of its length before its light, so that the light does not shadow itself.
 SHORT_OF_LIGHT = 1 - 1e-6
 # Lights nearer than this many of their radii are sampled uniformly by solid angle: sampling by area has unbounded
@@ -58,10 +56,14 @@ class DirectLight:
         Caster of frusta with ``shadows``, or None.
     rays
         About so many shadow rays will be cast in all.
+    in_flight
+        How many rays are cast at once. Default: as many as without a bound of memory.
     """
 
-    def __init__(self, scene: Scene, caster, tally: Tally, samples: int, *, frusta=None, rays: int = 0):
+    def __init__(self, scene: Scene, caster, tally: Tally, samples: int, *, frusta=None, rays: int = 0,
+                 in_flight: InFlight | None = None):
         self._scene, self._samples = scene, samples
+        self._most = (in_flight or InFlight.of(None, shares=frusta is not None)).shadow
         self._caster = tally.counting("shadow" if frusta is None else "single shadow", caster)
         self._frusta = None if frusta is None else tally.counting("shadow", frusta)
         emission = scene.channels("emission")
@@ -101,8 +103,7 @@ class DirectLight:
         """
         rank = np.zeros(len(points), dtype=np.int64) if rank is None else rank
         result = np.zeros((len(points), 3))
-        pairs = BLOCK if self._frusta is None else SHADOW_BLOCK
-        block = max(1, pairs // max(len(self._lights), self._samples))
+        block = max(1, self._most // max(len(self._lights), self._samples))
         for start in range(0, len(points), block):
             rows = slice(start, start + block)
             if len(self._lights):

@@ -9,6 +9,7 @@ from golden.cast.rays import Rays
 from golden.light.direct import DirectLight
 from golden.light.form_factors import ray_ends
 from golden.light.glass import Glass
+from golden.light.in_flight import InFlight
 from golden.light.indirect import IndirectLight
 from golden.light.node_rows import joined
 from golden.light.sampling import mix, sobol, uniform
@@ -18,8 +19,6 @@ from golden.scene.scene import Scene
 
 __all__ = ["FinalGather"]
 
-# Rays per block, which bounds memory; more where their shadow rays are cast as frusta, which many must share.
-BLOCK, SHADOW_BLOCK = 1 << 17, 1 << 19
 # A ray that ends within this share of an element's length takes the light at its very end.
 REACH = 0.5
 # So many rays find whether light nearby changes that of a node by more than this share of it.
@@ -52,18 +51,21 @@ class FinalGather:
     together
         Of so many points of one hash, with ranks from a multiple on, those on one side of a patch have the light of the
         first one, at which ``frusta`` cast a hemisphere. Default: each has its own, by rays of ``caster``.
+    in_flight
+        As `DirectLight` takes it.
     """
 
     def __init__(self, scene: Scene, indirect: IndirectLight, caster, tally: Tally, samples: int, frusta=None,
-                 reach: float = REACH, together: int | None = None):
+                 reach: float = REACH, together: int | None = None, in_flight: InFlight | None = None):
         self._scene, self._indirect, self._samples, self._together = scene, indirect, samples, together
         if together is None:
             self._caster = tally.counting("gather" if frusta is None else "single gather", caster)
             self._cast = self._by_rays
         else:
             self._caster, self._cast = tally.counting("gather", frusta), self._by_hemispheres
-        self._light = DirectLight(scene, caster, tally, 1, frusta=frusta)
-        self._block = BLOCK if frusta is None else SHADOW_BLOCK
+        in_flight = in_flight or InFlight.of(None, shares=frusta is not None)
+        self._light = DirectLight(scene, caster, tally, 1, frusta=frusta, in_flight=in_flight)
+        self._most = in_flight.gather
         # What reflects nothing needs no light; mirrors diffuse what they throw of lights without an area.
         diffuses = (indirect.reflectance > 0).any(axis=1)
         if scene.lights:
@@ -85,7 +87,7 @@ class FinalGather:
         touched = np.flatnonzero(self._indirect.touched(points.patch, u, v, front))
         first, group = self._groups(keys[touched], rank[touched], points.patch[touched], front[touched])
         gathered, chosen = np.empty((len(first), 3)), touched[first]
-        size = max(1, self._block // self._samples)
+        size = max(1, self._most // self._samples)
         for start in range(0, len(chosen), size):
             rows = chosen[start:start + size]
             gathered[start:start + size] = self._gathered(points[rows], keys[rows], rank[rows], self._samples)
@@ -125,7 +127,7 @@ class FinalGather:
     def _changes(self, points, keys, samples, changing):
         """That of pieces that are ``changing``, P bool, by so many rays of a point."""
         result, rank = np.zeros((len(points), 3)), np.zeros(len(points), dtype=np.int64)
-        size = max(1, BLOCK // samples)
+        size = max(1, InFlight().gather // samples)
         for start in range(0, len(points), size):
             rows = slice(start, start + size)
             result[rows] = self._gathered(points[rows], keys[rows], rank[rows], samples, changing)

@@ -12,7 +12,7 @@ import numpy as np
 from golden.base.compiled import compiled
 from golden.base.errors import InputError, check_choice, whole_number, whole_pair
 from golden.base.output import check_outputs
-from golden.base.spread import in_threads, in_turn
+from golden.base.spread import in_threads, in_turn, spans
 from golden.cast.density import Density
 from golden.cast.hemisphere import Hemisphere
 from golden.cast.methods import RAY_METHODS, check_cell, shadow_caster
@@ -24,6 +24,7 @@ from golden.light.direct import DirectLight
 from golden.light.final_gather import FinalGather
 from golden.light.glass import Glass, fresnel
 from golden.light.image import write_exr, write_png
+from golden.light.in_flight import MEGABYTES, InFlight
 from golden.light.indirect import IndirectLight, indirect_light
 from golden.light.limits import not_computed, warn_of_flush_lights, warn_of_near_lights, warn_of_tiny_patches
 from golden.light.near_lights import NearPairs, near_knots
@@ -46,8 +47,6 @@ from golden.scene.sky.sky import Sky
 
 __all__ = ["RenderResult", "RenderSettings", "render"]
 
-# Primary rays per block; more where shadow rays are cast as frusta, which share what a frustum takes.
-BATCH, SHADOW_BATCH = 1 << 16, 1 << 18
 # A mirrored or refracted ray that can change a pixel by less than this share of what it sees is dropped.
 FAINT = 1 / 512
 # Components of the normal of a facet and of its shading that differ by less are the same.
@@ -107,6 +106,9 @@ class RenderSettings:
         Rows of the radiosity system are cast when their elements shoot, in place of ``solver``. Default: all rows are.
     seed
         Seed of all samples, at least 0.
+    memory
+        Megabytes that rays of the picture may take at once, 64 to 2^20; with methods of frusta more rays share a
+        frustum where they have more. Default: what `InFlight` gives without.
     jobs
         Threads that cast (see `golden.cast.grid.Grid`); the picture does not depend on it.
 
@@ -132,6 +134,7 @@ class RenderSettings:
     method: str = None  # type: ignore[assignment]  # None is replaced by what it stands for
     cell: float | None = None
     seed: int = 0
+    memory: int | None = None
     jobs: int | None = None
 
     def __post_init__(self):
@@ -140,6 +143,8 @@ class RenderSettings:
         for name, (low, high) in limits.items():
             object.__setattr__(self, name, whole_number(name.capitalize().replace("_", " "), getattr(self, name), low,
                                                         high, parameter=name))
+        if self.memory is not None:
+            object.__setattr__(self, "memory", whole_number("Memory", self.memory, *MEGABYTES, parameter="memory"))
         if self.rays is not None:
             object.__setattr__(self, "rays", whole_pair("Rays", self.rays, parameter="rays"))
         if self.side**2 != self.samples:
@@ -336,10 +341,11 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
                 light_samples=min(SENSOR_SAMPLES * settings.light_samples, len(around)), frusta=frusta)
     primary = tally.counting("primary", frusta)
     specular = frusta.specular(screen, settings.side) if hasattr(frusta, "specular") else None
-    shader = _Shader(scene, frusta, caster, tally, indirect, settings, with_received, specular)
+    in_flight = InFlight.of(settings.memory, shares=shadow_caster(frusta) is not None,
+                            threads=caster.jobs if in_spans and not workers else 1)
+    shader = _Shader(scene, frusta, caster, tally, indirect, settings, with_received, in_flight, specular)
     with tally.stage("image"):
-        batch = BATCH if shadow_caster(frusta) is None else SHADOW_BATCH
-        found = Pixels(primary, shader, screen, settings, frusta.regular).cast(spread, batch, progress)
+        found = Pixels(primary, shader, screen, settings, frusta.regular).cast(spread, in_flight.primary, progress)
     shape = screen.height, screen.width
     light = np.moveaxis((found.sums[:3] / found.rays).reshape(3, *shape), 0, 2)
     tests, steps = (found.sums[row].reshape(shape).astype(np.int64) for row in (3, 4))
@@ -381,13 +387,14 @@ def _hemisphere_rays(count, grids, most):
 class _Shader:
     """Radiance along rays in a scene whose indirect light is known."""
 
-    def __init__(self, scene, frusta, caster, tally, indirect: IndirectLight, settings, with_received, specular=None):
+    def __init__(self, scene, frusta, caster, tally, indirect: IndirectLight, settings, with_received,
+                 in_flight: InFlight, specular=None):
         self._scene, self._indirect, self._depth = scene, indirect, settings.depth
         self._with_received = with_received
         self._casters = {kind: tally.counting(kind, caster) for kind in ("reflection", "refraction")}
-        self._specular = specular
+        self._specular, self._in_flight = specular, in_flight
         self._light = DirectLight(
-            scene, caster, tally, settings.light_samples, frusta=shadow_caster(frusta),
+            scene, caster, tally, settings.light_samples, frusta=shadow_caster(frusta), in_flight=in_flight,
             rays=settings.width * settings.height * settings.samples * settings.light_samples)
         self._reflected = self._gather(caster, tally, shadow_caster(frusta), settings)
         self._seen = SeenPoints(scene)
@@ -403,24 +410,29 @@ class _Shader:
         share = 1 if frusta is None else settings.samples if settings.noise is None else settings.samples // 2
         return FinalGather(self._scene, self._indirect, caster, tally,
                            max(LEAST_GATHER, GATHER * share // settings.samples), frusta,
-                           together=None if frusta is None else share)
+                           together=None if frusta is None else share, in_flight=self._in_flight)
 
     def trace(self, rays: Rays, hits: Hits, key: np.ndarray, rank: np.ndarray,
               field: np.ndarray | None = None) -> np.ndarray:
         """Radiance (rows 0 to 2), tests, steps and received light (rows 3 to 5) of R rays with known hits.
+
+        Breadth first: all rays of a generation, with their shadow rays, before the next one. Only parts of a generation
+        that is too large to be in flight go on one after the other.
 
         ``key`` seeds the samples of lights; those of rays with neighbouring ``rank`` spread together. ``field`` numbers
         rays that pass through the middles of fields.
         """
         count = len(rays)
         result, keys = np.zeros((6, count)), np.full(count, key, dtype=np.uint64)
-        generation = rays, hits, np.arange(count), np.ones((count, 3)), keys, rank, field
-        for depth in range(self._depth + 1):
+        waiting = [(0, (rays, hits, np.arange(count), np.ones((count, 3)), keys, rank, field))]
+        while waiting:
+            depth, generation = waiting.pop()
             branches = [branch for branch in self._add_seen(result, *generation, depth) if len(branch[0])]
-            if not branches:
-                break
-            all_rays, all_hits, *rest = zip(*branches, strict=True)
-            generation = (_joined(all_rays), _joined(all_hits), *map(np.concatenate, rest), None)
+            if branches:
+                all_rays, all_hits, *rest = zip(*branches, strict=True)
+                values = _joined(all_rays), _joined(all_hits), *map(np.concatenate, rest)
+                parts = [slice(*part) for part in spans(len(values[0]), self._in_flight.generation)]
+                waiting += [(depth + 1, (*(value[part] for value in values), None)) for part in reversed(parts)]
         return result
 
     def _add_seen(self, result, rays, hits, owner, weight, key, rank, field, depth):
@@ -492,8 +504,7 @@ class _Shader:
         cast, found = self._specular.nearest(rays[flat], field[flat], is_mirrored=kind == "reflection")
         rows = np.concatenate([flat[cast], np.delete(np.arange(len(rays)), flat[cast])])
         parts = self._casters[kind].count(found), self._casters[kind].nearest(rays[rows[len(cast):]])
-        back = np.argsort(rows)
-        return Hits(**{name: values[back] for name, values in vars(_joined(parts)).items()})
+        return _joined(parts)[np.argsort(rows)]
 
 
 def _joined(parts):

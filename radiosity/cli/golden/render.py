@@ -32,8 +32,8 @@ __all__ = ["render_command"]
 
 _NAMED = {"samples": "--spp", "width": "--size", "height": "--size", "size": "--size",
           "light_samples": "--light-samples", "noise": "--noise", "depth": "--depth", "elements": "--elements",
-          "seed": "--seed", "jobs": "--jobs", "azimuths": "--rays", "polars": "--rays", "cell": "--cell",
-          "least_rays": "--least-rays", "least": "--least-rays",
+          "seed": "--seed", "memory": "--memory", "jobs": "--jobs", "azimuths": "--rays", "polars": "--rays",
+          "cell": "--cell", "least_rays": "--least-rays", "least": "--least-rays",
           "fov": "--fov", "target": "--target", "up": "--up", "zenith": "--zenith", "clusters": "--clusters",
           "sensor_table": "--sensor-table", "decades": "--decades", "exposure": "--exposure", "gamma": "--gamma",
           **DAYLIGHT_NAMED, **SHOOTING_NAMED}
@@ -84,6 +84,8 @@ def render_command(machine=None, *, method: str | None = None, quality: str = "n
                    "are cast.")
     @METHOD_CELL
     @add_options(machine_options(machine))
+    @click.option("--memory", type=int, help="Set the megabytes that rays of the picture may take at once.  [default: "
+                  "what 65536 primary rays take on each thread, or 262144 with methods of frusta]")
     @click.option("--jobs", type=int, help="Set the number of threads that cast; the picture does not depend on it.  "
                   "[default: one per usable processor]")
     @WORKERS
@@ -98,7 +100,7 @@ def render_command(machine=None, *, method: str | None = None, quality: str = "n
                   "PREFIX-tests.png and PREFIX-steps.png; grid casts unless --method names another one.")
     @add_options(PHOTOMETRIC)
     def render_image(scene, output, size, samples, light_samples, noise, depth, rays, least_rays, solver, elements,
-                     max_edge, max_area, method, cell, jobs, workers, seed, stats, heatmap, **given):
+                     max_edge, max_area, method, cell, memory, jobs, workers, seed, stats, heatmap, **given):
         """Make a picture of SCENE: indirect light by radiosity, everything else by ray tracing."""
         method = method_of(method, counts_cells=cell is not None or heatmap is not None)
         chosen, options = options_of(machine, method, given)
@@ -113,7 +115,8 @@ def render_command(machine=None, *, method: str | None = None, quality: str = "n
         settings = RenderSettings(width=size[0], height=size[1], samples=samples, light_samples=light_samples,
                                   noise=noise, depth=depth, rays=rays, least_rays=least_rays, solver=solver,
                                   shooting=shooting, elements=elements, max_edge=max_edge, max_area=max_area,
-                                  method="shelling" if chosen else method, cell=cell, jobs=jobs, seed=seed)
+                                  method="shelling" if chosen else method, cell=cell, memory=memory, jobs=jobs,
+                                  seed=seed)
         photometry = Photometry(**{name: given[name] for name in PHOTOMETRIC_NAMES})
         files = RenderFiles(images=output, stats=stats, heatmap=heatmap, photometry=photometry, preview=preview,
                             bits=int(given["bits"]),

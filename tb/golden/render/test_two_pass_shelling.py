@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,8 +15,8 @@ from golden.engine.cast.fixed_frusta import CELL, CONFIG, FixedFrusta, NaiveFixe
 from golden.engine.cast.shelling import Shelling
 from golden.engine.frustum import hemisphere_record, screen_record
 from golden.engine.scene.patch_geometry import PatchGeometry
+from golden.light import in_flight
 from golden.light.form_factors import PatchRows, hemisphere_sums
-from golden.render import two_pass
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
 from golden.scene.camera import Camera
@@ -247,8 +249,8 @@ def test_mirrors_and_panes_show_what_single_rays_see(monkeypatch):
                         lights=(PointLight(position=(0.2, -1, 2.8), intensity=(9, 9, 9)),))
     settings = RenderSettings(width=80, height=50, samples=4, rays=(16, 4), max_edge=1.5, depth=4, method="naive-fixed")
     made = render(scene, camera=CAMERA, settings=settings, frusta=NaiveFixedFrusta(scene))
-    monkeypatch.setattr(two_pass, "SHADOW_BATCH", 1000)
-    parts = render(scene, camera=CAMERA, settings=settings, frusta=NaiveFixedFrusta(scene))
+    monkeypatch.setattr(in_flight, "PRIMARY_BYTES", 1 << 15)
+    parts = render(scene, camera=CAMERA, settings=replace(settings, memory=64), frusta=NaiveFixedFrusta(scene))
     np.testing.assert_allclose(parts.image, made.image, rtol=1e-12)
     monkeypatch.delattr(FixedFrusta, "specular")
     alone = render(scene, camera=CAMERA, settings=settings, frusta=NaiveFixedFrusta(scene))
