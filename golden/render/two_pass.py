@@ -43,7 +43,6 @@ from golden.render.render_statistics import RenderStatistics
 from golden.scene.camera import Camera
 from golden.scene.refine import Refinement, refine
 from golden.scene.scene import Scene
-from golden.scene.sky.sky import Sky
 
 __all__ = ["RenderResult", "RenderSettings", "render"]
 
@@ -57,8 +56,9 @@ SENSOR_GRIDS, SENSOR_RAYS = ((1024, 256), (512, 128), (256, 64)), 12_000_000
 # Shadow rays of an element, whose light others reflect, and of a sensor, which has no neighbours to average its noise
 # with, for one of a point in the image. A sensor casts at most as many as its hemisphere has rays.
 ELEMENT_SAMPLES, SENSOR_SAMPLES = 8, 1024
-# Rays of a pixel that gather light beside bodies, at least so many of a point.
-GATHER, LEAST_GATHER = 128, 16
+# Rays of a pixel that gather light beside bodies, and where a sky is part of it, which few rays meet through openings;
+# at least so many of a point.
+GATHER, SKY_GATHER, LEAST_GATHER = 128, 512, 16
 # Rays of a node that find light which changes within elements nearby, and how near, in lengths of an element.
 NODE_GATHER, NODE_REACH = 256, 2.0
 
@@ -357,7 +357,7 @@ def render(scene: Scene, *, camera: Camera, settings: RenderSettings, sensors: S
 def _check_shooting(scene, settings, preview):
     if preview and not settings.shooting:
         raise InputError("render: A preview needs shooting", parameter="preview")
-    if settings.shooting and (isinstance(scene.background, Sky) or any(scene.background)):
+    if settings.shooting and scene.has_sky:
         raise InputError(f"scene {scene.name!r}: It has a background, whose light hemispheres of all elements find: "
                          "rows cannot be cast on demand", parameter="shooting")
     goes_on = Glass(scene).goes_on
@@ -408,8 +408,9 @@ class _Shader:
     def _gather(self, caster, tally, frusta, settings):
         """By frusta a hemisphere for the points of a pixel, or with an estimate of noise for those of either half."""
         share = 1 if frusta is None else settings.samples if settings.noise is None else settings.samples // 2
+        rays = SKY_GATHER if self._scene.has_sky else GATHER
         return FinalGather(self._scene, self._indirect, caster, tally,
-                           max(LEAST_GATHER, GATHER * share // settings.samples), frusta,
+                           max(LEAST_GATHER, rays * share // settings.samples), frusta,
                            together=None if frusta is None else share, in_flight=self._in_flight)
 
     def trace(self, rays: Rays, hits: Hits, key: np.ndarray, rank: np.ndarray,

@@ -204,10 +204,14 @@ class Scene:
             state[name].setflags(write=False)
 
     @property
+    def has_sky(self) -> bool:
+        """Whether its background shines."""
+        return isinstance(self.background, Sky) or any(self.background)
+
+    @property
     def is_lit(self) -> bool:
         """Whether it has a light of any kind."""
-        is_sky = isinstance(self.background, Sky) or any(self.background)
-        return bool(self.lights) or is_sky or bool(self.channels("emission").any())
+        return bool(self.lights) or self.has_sky or bool(self.channels("emission").any())
 
     def background_along(self, direction: np.ndarray) -> np.ndarray:
         """Radiance along K x 3 vectors that leave the scene, K x 3."""
