@@ -1,6 +1,7 @@
 """Components that are made to be looked at, and never elaborated."""
 
 import gc
+import traceback
 import warnings
 from collections.abc import Callable
 from typing import TypeVar
@@ -19,7 +20,12 @@ def inspect(make: Callable, look: Callable[..., Result]) -> Result:
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnusedElaboratable)
-        result = look(make())
-        # Components are in cycles of references: the warning comes when they are collected.
-        gc.collect()
-    return result
+        try:
+            return look(make())
+        except Exception as error:
+            # The frames of what has failed hold the component.
+            traceback.clear_frames(error.__traceback__)
+            raise
+        finally:
+            # Components are in cycles of references: the warning comes when they are collected.
+            gc.collect()

@@ -21,9 +21,9 @@ STEPS = {
     "test": ["make", "test"],
     "sim": ["make", "sim"],
     "docs": ["make", "docs"],
-    "exports": [".venv/bin/python", "-m", "pytest", "-n", "2", "-q", "tb/radiosity/flow/package/test_core_files.py",
-                "-k",
-                "test_all_presets"],
+    # A night has a third of them.
+    "exports": ["env", "NIGHTS=3", ".venv/bin/python", "-m", "pytest", "-n", "2", "-q",
+                "tb/radiosity/flow/package/test_core_files.py", "-k", "test_all_presets"],
 }
 
 

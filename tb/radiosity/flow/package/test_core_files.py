@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import warnings
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -30,6 +31,7 @@ from radiosity.flow.package.tops import TOPS, Top
 from radiosity.flow.package.unit_latencies import unit_latencies
 from radiosity.flow.simulator.simulated_port import complete
 from radiosity.flow.synthesis.history import read_history
+from tb.lib.drawn import drawn
 from tb.lib.runner import tools
 from tb.radiosity.flow.package.exported_engine import waiting, written
 
@@ -264,9 +266,8 @@ def test_files_are_written_whole(tmp_path, monkeypatch):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("preset", PRESETS)
-@pytest.mark.parametrize("top", TOPS)
-def test_all_presets(preset, top, tmp_path):
+@pytest.mark.parametrize(("top", "preset"), drawn([*product(TOPS, PRESETS)], each=14))
+def test_all_presets(top, preset, tmp_path):
     first, again = (written(tmp_path / f"{k}", "--top", top, "--preset", preset, hash_seed=f"{k}") for k in range(2))
     assert first == again
     for kind in "sv", "v":
