@@ -17,7 +17,7 @@ from golden.light.factors.compute import compute_view_factors
 from golden.light.factors.hemisphere_rows import HemisphereRows
 from golden.light.factors.npz_file import write_npz
 from golden.light.factors.rows import FactorRows
-from golden.render import two_pass
+from golden.light.in_flight import InFlight
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
 from tb.golden.hostile_spread import HOSTILE, HostileSpread
@@ -109,7 +109,7 @@ def test_blocks_of_view_factors_have_their_rows_in_whatever_order_they_end(rows,
 def test_a_picture_has_its_bytes_and_counts_in_whatever_order_spans_end(monkeypatch):
     """Hemispheres of elements, and pixels."""
     hostile = HostileSpread(1)
-    monkeypatch.setattr(two_pass, "BATCH", 20)
+    monkeypatch.setattr(InFlight, "of", lambda *_, **__: InFlight(primary=20))
     monkeypatch.setattr(form_factors, "_BLOCK", 1 << 10)
     scene = builtin_scene("cornell")
     settings = RenderSettings(width=8, height=6, samples=4, light_samples=1, rays=(16, 4), max_edge=300, jobs=1)

@@ -4,8 +4,8 @@ import pytest
 from benchmarks.analytic import point_to_polygon
 from golden.cast.grid import Grid
 from golden.cast.naive import Naive
-from golden.light import direct
 from golden.light.direct import SHEETS, DirectLight
+from golden.light.in_flight import InFlight
 from golden.light.sampling import mix
 from golden.light.surface_points import SurfacePoints
 from golden.light.tally import Tally
@@ -269,14 +269,14 @@ def test_a_surface_does_not_shade_itself():
     assert irradiance(scene, points_at(positions, normal, 200)).all()
 
 
-def test_light_depends_on_a_points_key_and_on_no_other_point(monkeypatch):
+def test_light_depends_on_a_points_key_and_on_no_other_point():
     scene = scene_of(RECEIVER, (front_up(LIGHTS["kite"]), LAMP), (front_up(LIGHTS["overhead"]) * 2, DIM))
     points = points_at(np.random.default_rng(3).uniform(-1, 1, (50, 3)) * (1, 1, 0), count=50)
     keys = mix(1, np.arange(50))
     light = DirectLight(scene, Naive(scene), Tally(), 4)
     whole = light.irradiance(points, keys)
-    monkeypatch.setattr(direct, "BLOCK", 28)
-    np.testing.assert_array_equal(light.irradiance(points, keys), whole)
+    parts = DirectLight(scene, Naive(scene), Tally(), 4, in_flight=InFlight(shadow=28))
+    np.testing.assert_array_equal(parts.irradiance(points, keys), whole)
     rows = np.array([31, 4, 17])
     np.testing.assert_array_equal(light.irradiance(points[rows], keys[rows]), whole[rows])
     assert (light.irradiance(points, mix(2, np.arange(50))) != whole).any(axis=1).all()

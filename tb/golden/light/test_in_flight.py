@@ -12,7 +12,7 @@ from golden.light.pixels import Pixels
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
 
-SIDE = 320
+SIDE = 256
 
 
 @pytest.mark.parametrize(("memory", "threads"), [(64, 1), (640, 5)])
@@ -45,7 +45,7 @@ def peak(monkeypatch):
 
 @pytest.mark.parametrize("name", ["balls", "cornell"])
 def test_a_picture_keeps_its_bound_and_is_the_same(peak, name):
-    """Of mirrors and glass, with nine times the rays that may be in flight; and of light that is gathered."""
+    """Of mirrors and glass, with four times the rays that may be in flight; and of light that is gathered."""
     scene = builtin_scene(name)
     settings = RenderSettings(width=SIDE, height=SIDE, light_samples=16, samples=1, rays=(16, 8), elements=50, jobs=1,
                               method="grid")

@@ -4,7 +4,7 @@ import logging
 
 from distributed import LocalCluster
 
-from golden.render import two_pass
+from golden.light.in_flight import InFlight
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.builtin import builtin_scene
 from radiosity.workers.pool import WorkerPool
@@ -15,7 +15,7 @@ LOCAL = {"n_workers": 2, "threads_per_worker": 2, "processes": False, "protocol"
 
 
 def test_workers_make_the_picture_of_one_process_with_its_counts(monkeypatch):
-    monkeypatch.setattr(two_pass, "BATCH", 100)
+    monkeypatch.setattr(InFlight, "of", lambda *_, **__: InFlight(primary=100))
     # With glass, mirrors and a light without an area.
     scene = builtin_scene("mountain:1")
     settings = RenderSettings(width=16, height=12, samples=4, light_samples=1, rays=(16, 4), jobs=1,
