@@ -31,8 +31,9 @@ def loaded_files(*modules: str) -> set[str]:
     """The project's files that these modules load when they are imported, by path from the root, without packages'
     own files (``__init__.py``).
     """
-    text = (f"import sys, {', '.join(modules)}\n"
-            "for one in [*sys.modules.values()]: print(getattr(one, '__file__', None))")
+    # What Python itself has loaded before is not theirs: a run may be watched.
+    text = (f"import sys\nbefore = {{*sys.modules}}\nimport {', '.join(modules)}\n"
+            "for name in {*sys.modules} - before: print(getattr(sys.modules[name], '__file__', None))")
     paths = subprocess.run([sys.executable, "-c", text], cwd=ROOT, check=True, capture_output=True, text=True).stdout
     return {Path(path).relative_to(ROOT).as_posix() for path in paths.splitlines()
             if path.endswith(".py") and not path.endswith("__init__.py")
