@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks.ceiling import CELL, HEMISPHERE, RATIO, SCENES, Ceiling
 from benchmarks.report import benchmark, provenance, table, write_report
 from golden.engine.config import PRESETS
+from golden.engine.memsys.bus.reference_strings import ReferenceStrings
 from golden.engine.noc.topology import Topology
 from radiosity.cli.console import console
 
@@ -31,11 +32,11 @@ def measure(ceiling: Ceiling, clusters: int, points: range) -> np.ndarray:
     plan = ceiling.plan(clusters)
     home, _ = plan.sets.residence(len(ceiling.geometry))
     between = np.zeros((clusters, clusters), dtype=np.int64)
-    for point in points:
-        requests = []
-        ceiling.shelling.cast(ceiling.record(point), plan.partition.sections, plan.subshells, requests=requests)
-        for cluster, requested in enumerate(requests):
-            where = home[requested.patches]
+    requests = ReferenceStrings.of(ceiling.shelling, [ceiling.record(point) for point in points],
+                                   plan.partition.sections, plan.subshells)
+    for frustum in requests.patches:
+        for cluster, patches in enumerate(frustum):
+            where = home[patches]
             between[cluster] += np.bincount(where[where >= 0], minlength=clusters)
     return between
 

@@ -16,9 +16,10 @@ from benchmarks.report import benchmark, provenance, table, write_report
 from golden.engine.config import PRESETS
 from golden.engine.memsys.bus.cache import Cache
 from golden.engine.memsys.bus.cache_policy import CachePolicy
+from golden.engine.memsys.bus.reference_strings import ReferenceStrings
 from radiosity.cli.console import console
 
-__all__ = ["by_memory", "grade_growth", "grade_share", "in_turn"]
+__all__ = ["by_memory", "grade_growth", "grade_share", "in_turn", "requests_by_memory"]
 
 _CLUSTERS, _POINTS = (1, 2, 4, 8), (0, 1)
 # Of the share that is most of all.
@@ -68,16 +69,14 @@ def grade_share(share: float, before: float) -> str:
     return grade_of(share > _MOST, share > before)
 
 
-def _counts(ceiling, clusters, lines):
+def requests_by_memory(ceiling: Ceiling, clusters: int, lines: int) -> list[tuple[int, int, int, int]]:
     """Requests by memory from each point, see `by_memory`, with a cache of so many lines that is empty at first."""
     plan = ceiling.plan(clusters)
     home = plan.sets.residence(len(ceiling.geometry))[0]
-    cache, found = Cache(CachePolicy.LFU, lines=lines, lfu_lines=lines), []
-    for point in _POINTS:
-        requests = []
-        ceiling.shelling.cast(ceiling.record(point), plan.partition.sections, plan.subshells, requests=requests)
-        found.append(by_memory([one.patches for one in requests], home, cache))
-    return found
+    cache = Cache(CachePolicy.LFU, lines=lines, lfu_lines=lines)
+    requests = ReferenceStrings.of(ceiling.shelling, [ceiling.record(point) for point in _POINTS],
+                                   plan.partition.sections, plan.subshells)
+    return [by_memory(strings, home, cache) for strings in requests.patches]
 
 
 def _share(counts):
@@ -93,7 +92,7 @@ def main(scenes) -> None:
     for scene in dict.fromkeys(scenes):
         ceiling, found = Ceiling(scene, PRESETS["thesis"]), {}
         for clusters in _CLUSTERS:
-            found[clusters] = _counts(ceiling, clusters, lines)
+            found[clusters] = requests_by_memory(ceiling, clusters, lines)
             rows.append([f"`{scene}`", clusters, *(f"{count:,}" for point in found[clusters] for count in point)])
             console().note(f"{scene}, {clusters} clusters: {found[clusters]}")
         few, many = (found[clusters][0][-1] for clusters in (_CLUSTERS[0], _CLUSTERS[-1]))
@@ -101,7 +100,7 @@ def main(scenes) -> None:
         whole = 1 << (len(ceiling.geometry) - 1).bit_length()
         grades.append([f"`{scene}`", f"{many / max(1, few):.2f}", grade_growth(many, few), f"{before:.2f}",
                        f"{share:.2f}", grade_share(share, before),
-                       f"{_share(_counts(ceiling, _CLUSTERS[-1], whole)[1]):.2f}"])
+                       f"{_share(requests_by_memory(ceiling, _CLUSTERS[-1], whole)[1]):.2f}"])
     write_report(
         "Patch requests by memory",
         f"{provenance('numpy')}; preset thesis, {HEMISPHERE.azimuths} x {HEMISPHERE.polars} rays, cell {CELL}, "

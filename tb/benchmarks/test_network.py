@@ -2,9 +2,13 @@
 
 import numpy as np
 
-from benchmarks.network import distances, links, mean
+from benchmarks.ceiling import Ceiling
+from benchmarks.network import distances, links, mean, measure
 from benchmarks.network_load import Case, Curve, saturations
+from benchmarks.thesis_memory import requests_by_memory
 from benchmarks.traffic import Measurement
+from golden.cast.hemisphere import Hemisphere
+from golden.engine.config import PRESETS
 from golden.engine.noc.topology import Topology
 
 
@@ -15,6 +19,19 @@ def test_links_are_counted_for_requests_to_others():
     assert counts[:3].tolist() == [0, 8, 0]
     assert distances(between, Topology("mesh", 4, 1), np.arange(4))[:4].tolist() == [0, 3, 0, 5]
     assert mean(distances(between, Topology("mesh", 4, 1), np.arange(4))) == 18 / 8
+
+
+def test_all_patches_that_clusters_find_are_requested():
+    """Of a cluster that holds them, on the diagonal, or of others; some are in main memory alone."""
+    ceiling = Ceiling("lobby", PRESETS["thesis"], cell=0.25, hemisphere=Hemisphere(32, 16))
+    plan, between = ceiling.plan(2), measure(ceiling, 2, range(2))
+    found = sum(counts.patches for point in range(2) for counts in ceiling.shelling.cast(
+        ceiling.record(point), plan.partition.sections, plan.subshells)[1])
+    own, others, *memory = np.sum(requests_by_memory(ceiling, 2, 64), axis=0)
+    assert found == own + others + sum(memory)
+    assert min(own, others, *memory) > 0
+    assert between.sum() == own + others
+    assert np.trace(between) == own
 
 
 def curve(*latencies):

@@ -26,22 +26,23 @@ class ReferenceStrings:
     patches: tuple[tuple[np.ndarray, ...], ...]
 
     @classmethod
-    def of(cls, shelling: Shelling, records: list[FrustumRecord], sectors: tuple = ()) -> "ReferenceStrings":
+    def of(cls, shelling: Shelling, records: list[FrustumRecord], sectors: tuple = (),
+           subshells: tuple = ()) -> "ReferenceStrings":
         """The requests of a sequence of casts.
 
         Parameters
         ----------
         records
             The frusta.
-        sectors
-            Parts of the frustum per cluster, see `Shelling.cast`.
+        sectors, subshells
+            Parts of the frustum per cluster, and their subshells, see `Shelling.cast`.
         """
         frusta = []
         for record in records:
             memory = shelling.memory(record)
-            tests = shelling.tests(record, memory)
-            frusta.append([list(shelling.stages(record, sector, None, tests, memory, ShellingCounts()))
-                           for sector in sectors or (Sector.whole(record),)])
+            tests, parts = shelling.tests(record, memory), sectors or (Sector.whole(record),)
+            frusta.append([list(shelling.stages(record, sector, listed, tests, memory, ShellingCounts()))
+                           for sector, listed in zip(parts, subshells or [None] * len(parts), strict=True)])
         none = np.zeros(0, dtype=np.int64)
         return cls(**{name: tuple(tuple(np.concatenate([none, *(getattr(stage, part) for stage in stages)])
                                         for stages in frustum) for frustum in frusta)
