@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from golden.light import pixels
-from golden.render import two_pass
+from golden.light.in_flight import InFlight
 from golden.render.two_pass import RenderSettings, render
 from golden.scene.camera import Camera
 from golden.scene.material import Material
@@ -77,7 +77,7 @@ def test_noise_that_remains_is_reported():
 
 
 def test_pixels_do_not_depend_on_blocks_and_threads(quiet, monkeypatch):
-    monkeypatch.setattr(two_pass, "BATCH", 1 << 9)
+    monkeypatch.setattr(InFlight, "of", lambda *_, **__: InFlight(primary=1 << 9))
     np.testing.assert_array_equal(
         picture(FLOOR, LAMP, SCREEN, noise=NOISE, method="grid", jobs=2).image, quiet.image)
 
