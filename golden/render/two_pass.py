@@ -107,8 +107,8 @@ class RenderSettings:
     seed
         Seed of all samples, at least 0.
     memory
-        Megabytes that rays of the picture may take at once, 64 to 2^20; with methods of frusta more rays share a
-        frustum where they have more. Default: what `InFlight` gives without.
+        Megabytes that rays of the picture may take at once, in each worker, 64 to 2^20; with methods of frusta more
+        rays share a frustum where they have more. Default: what `InFlight` gives without.
     jobs
         Threads that cast (see `golden.cast.grid.Grid`); the picture does not depend on it.
 

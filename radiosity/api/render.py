@@ -37,7 +37,7 @@ def render(scene: Scene, *, camera: Camera | None = None, size: tuple[int, int] 
         Shows progress bars for steps of more than two seconds.
     settings
         Others of `golden.render.two_pass.RenderSettings`: ``samples``, ``light_samples``, ``noise``, ``depth``,
-        ``rays``, ``elements``, ``max_edge``, ``max_area``, ``solver``, ``shooting``, ``method``, ``cell``.
+        ``rays``, ``elements``, ``max_edge``, ``max_area``, ``solver``, ``shooting``, ``method``, ``cell``, ``memory``.
 
     Returns
     -------

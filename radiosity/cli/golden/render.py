@@ -84,7 +84,7 @@ def render_command(machine=None, *, method: str | None = None, quality: str = "n
                    "are cast.")
     @METHOD_CELL
     @add_options(machine_options(machine))
-    @click.option("--memory", type=int, help="Bound the megabytes that rays of the picture take at once.")
+    @click.option("--memory", type=int, help="Bound the megabytes that rays of the picture take at once, 64 or more.")
     @click.option("--jobs", type=int, help="Set the number of threads that cast; the picture does not depend on it.  "
                   "[default: one per usable processor]")
     @WORKERS
